@@ -1,0 +1,9 @@
+"""Errors that a person can act on: one line that names the thing and what is valid."""
+
+
+class DressingSimError(Exception):
+    """Base of all errors raised on purpose; the command line prints it and exits with code 2."""
+
+
+class InvalidInputError(DressingSimError, ValueError):
+    """A value, name or file that came from outside is not valid; the message says what is."""
