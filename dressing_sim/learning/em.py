@@ -1,0 +1,250 @@
+"""Fitting a mixture over frames: initialisation, covariance floor, expectation-maximisation.
+
+One mixture describes the samples as seen from every frame at once. Sample n is in component k with
+the responsibility
+
+    gamma_nk  proportional to  pi_k prod_p N(x_np | mu_kp, Sigma_kp),
+
+the same for every frame p, so that component k means the same part of the motion in all of them.
+Source: Calinon (2016), "A tutorial on task-parameterized movement learning and retrieval",
+Intelligent Service Robotics 9, equations 4 to 7, doi:10.1007/s11370-015-0187-9.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.frame import FloatArray
+
+Initialisation = Literal["time-bins", "k-means"]
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """A Gaussian mixture in every frame, with common priors.
+
+    Attributes:
+        priors: (K,), sum to one.
+        means: (K, P, D), in each frame's own coordinates.
+        covariances: (K, P, D, D).
+    """
+
+    priors: FloatArray
+    means: FloatArray
+    covariances: FloatArray
+
+    @property
+    def n_components(self) -> int:
+        """K"""
+        return self.means.shape[0]
+
+    @property
+    def n_frames(self) -> int:
+        """P"""
+        return self.means.shape[1]
+
+    @property
+    def n_dims(self) -> int:
+        """D"""
+        return self.means.shape[2]
+
+
+@dataclass(frozen=True)
+class EMOptions:
+    """When expectation-maximisation stops.
+
+    The defaults are those of the authors' code (5 to 100 steps, 1e-5).
+
+    Attributes:
+        min_steps: steps before the tolerance is looked at.
+        max_steps: steps after which it stops in any case.
+        tolerance: it stops once a step raises the mean log-likelihood by less.
+    """
+
+    min_steps: int = 5
+    max_steps: int = 100
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.min_steps <= self.max_steps:
+            raise InvalidInputError(
+                f"EM needs 1 <= min_steps <= max_steps, not {self.min_steps} and {self.max_steps}"
+            )
+        if not self.tolerance >= 0:
+            raise InvalidInputError(f"EM's tolerance must be >= 0, not {self.tolerance}")
+
+
+@dataclass(frozen=True, eq=False)
+class EMRecord:
+    """How expectation-maximisation went.
+
+    Attributes:
+        log_likelihoods: mean log-likelihood of a sample before each step (n_steps,).
+        converged: whether it stopped by its tolerance.
+    """
+
+    log_likelihoods: FloatArray
+    converged: bool
+
+    @property
+    def n_steps(self) -> int:
+        """Number of steps taken."""
+        return len(self.log_likelihoods)
+
+
+def covariance_floor(
+    data: FloatArray, blocks: Sequence[int], floor: Sequence[float], relative: bool
+) -> FloatArray:
+    """The matrices (P, D, D) that are added to every covariance.
+
+    Args:
+        data: (P, D, N) samples in each frame.
+        blocks: sizes of the groups of coordinates that share a unit; they sum to D.
+        floor: one value a block. Absolute: a variance, in the block's unit squared. Relative: a
+            fraction of the block's variance (mean over its axes), frame by frame.
+        relative: which of the two.
+
+    Every block's floor is a multiple of the identity, so a rotated frame sees the same floor.
+    """
+    if len(floor) != len(blocks) or not all(np.isfinite(value) and value >= 0 for value in floor):
+        raise InvalidInputError(
+            f"a covariance floor needs {len(blocks)} values >= 0, not {list(floor)}"
+        )
+    n_frames, n_dims, _ = data.shape
+    matrices = np.zeros((n_frames, n_dims, n_dims))
+    begin = 0
+    for size, value in zip(blocks, floor, strict=True):
+        axes = np.arange(begin, begin + size)
+        scale = data[:, axes].var(axis=2).mean(axis=1) if relative else np.ones(n_frames)
+        matrices[:, axes, axes] = (value * scale)[:, None]
+        begin += size
+    return matrices
+
+
+def _mixture_of_groups(data: FloatArray, labels: FloatArray, k: int, floor: FloatArray) -> Mixture:
+    """Sample moments of each group of samples; label -1 is in no group."""
+    n_frames, n_dims, _ = data.shape
+    counts = np.array([(labels == group).sum() for group in range(k)])
+    if counts.min() < 2:
+        raise InvalidInputError(
+            f"{data.shape[2]} samples are too few (or too alike) for {k} components"
+        )
+    means = np.empty((k, n_frames, n_dims))
+    covariances = np.empty((k, n_frames, n_dims, n_dims))
+    for group in range(k):
+        members = data[:, :, labels == group]
+        means[group] = members.mean(axis=2)
+        centred = members - means[group][:, :, None]
+        covariances[group] = centred @ centred.transpose(0, 2, 1) / (counts[group] - 1) + floor
+    return Mixture(counts / counts.sum(), means, covariances)
+
+
+def initialise_by_time(
+    data: FloatArray, lengths: Sequence[int], n_components: int, floor: FloatArray
+) -> Mixture:
+    """One component for each of K equal parts of the demonstrations' duration.
+
+    Args:
+        data: (P, D, N) samples, one demonstration after the other.
+        lengths: number of samples of each demonstration; they sum to N.
+        n_components: K.
+        floor: (P, D, D), added to every covariance.
+
+    The bins are half-open, so a demonstration's last sample is in none: that is what the published
+    numbers were computed with.
+    """
+    labels = np.concatenate(
+        [np.floor(n_components * np.linspace(0.0, 1.0, length)) for length in lengths]
+    )
+    labels[labels == n_components] = -1
+    return _mixture_of_groups(data, labels, n_components, floor)
+
+
+def initialise_by_k_means(
+    data: FloatArray,
+    n_components: int,
+    floor: FloatArray,
+    rng: np.random.Generator,
+    max_steps: int = 100,
+) -> Mixture:
+    """k-means++ on the joint samples of all frames (N, P D), each block scaled to unit variance.
+
+    Never a k-means per frame: its components would not correspond from one frame to the next.
+    Source: Arthur and Vassilvitskii (2007), "k-means++: the advantages of careful seeding".
+    """
+    n_samples = data.shape[2]
+    joint = data.reshape(-1, n_samples).T
+    joint = (joint - joint.mean(axis=0)) / np.maximum(joint.std(axis=0), 1e-12)
+    centres = joint[[rng.integers(n_samples)]]
+    nearest = ((joint - centres[0]) ** 2).sum(axis=1)
+    for _ in range(1, n_components):
+        total = nearest.sum()
+        if not total > 0:
+            raise InvalidInputError(f"fewer than {n_components} distinct samples")
+        centres = np.vstack([centres, joint[rng.choice(n_samples, p=nearest / total)]])
+        nearest = np.minimum(nearest, ((joint - centres[-1]) ** 2).sum(axis=1))
+    labels = np.full(n_samples, -1)
+    for _ in range(max_steps):
+        distances = ((joint[:, None] - centres[None]) ** 2).sum(axis=2)
+        new_labels = distances.argmin(axis=1)
+        if np.array_equal(labels, new_labels):
+            break
+        labels = new_labels
+        for k in range(n_components):
+            if (labels == k).any():
+                centres[k] = joint[labels == k].mean(axis=0)
+    return _mixture_of_groups(data, labels, n_components, floor)
+
+
+def fit_mixture(
+    data: FloatArray, initial: Mixture, floor: FloatArray, options: EMOptions
+) -> tuple[Mixture, EMRecord]:
+    """Expectation-maximisation from ``initial``, which is left as it is.
+
+    Args:
+        data: (P, D, N) samples in each frame.
+        initial: where to start; the current model for a warm start.
+        floor: (P, D, D), added to every covariance at every step.
+        options: when to stop.
+
+    Raises:
+        InvalidInputError: a covariance became singular, which a larger floor prevents.
+    """
+    from dressing_sim.learning.kernels.mixture import expectation_maximisation
+
+    priors, means = initial.priors.copy(), initial.means.copy()
+    covariances = initial.covariances.copy()
+    likelihoods, converged, sound = expectation_maximisation(
+        np.ascontiguousarray(data, dtype=np.float64),
+        floor,
+        priors,
+        means,
+        covariances,
+        options.min_steps,
+        options.max_steps,
+        options.tolerance,
+    )
+    if not (sound and np.isfinite(means).all() and np.isfinite(covariances).all()):
+        raise InvalidInputError(
+            "a component's covariance became singular: use a larger covariance floor, "
+            "fewer components or more varied demonstrations"
+        )
+    return Mixture(priors, means, covariances), EMRecord(likelihoods, converged)
+
+
+def responsibilities(data: FloatArray, mixture: Mixture) -> tuple[FloatArray, float]:
+    """Responsibilities (K, N) of samples (P, D, N), and the sum of their log-likelihoods."""
+    from dressing_sim.learning.kernels import mixture as kernel
+
+    weights, log_likelihood = kernel.responsibilities(
+        np.ascontiguousarray(data, dtype=np.float64),
+        mixture.priors,
+        mixture.means,
+        mixture.covariances,
+    )
+    if not np.isfinite(log_likelihood):
+        raise InvalidInputError("the mixture has a singular covariance")
+    return weights, float(log_likelihood)

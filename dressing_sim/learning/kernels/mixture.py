@@ -1,0 +1,224 @@
+"""Expectation-maximisation for a Gaussian mixture whose responsibilities are shared by frames."""
+
+import numpy as np
+from numba import njit
+
+from dressing_sim.learning.kernels.linalg import FAST, cholesky, invert_lower
+
+BLOCK = 128  # samples worked on at a time, so that the buffers stay in the first-level cache
+NEGLIGIBLE = -40.0  # exp(-40) = 4e-18 of the largest term is lost in double precision anyway
+
+
+@njit(cache=True, error_model="numpy")
+def whiten(
+    priors: np.ndarray, covariances: np.ndarray, whitening: np.ndarray, constants: np.ndarray
+) -> bool:
+    """Inverse Cholesky factor of each covariance, and the constant part of each log density."""
+    n_components, n_frames, n_dims = covariances.shape[:3]
+    factor = np.empty((n_dims, n_dims))
+    for k in range(n_components):
+        constants[k] = np.log(priors[k])
+        for p in range(n_frames):
+            if not cholesky(covariances[k, p], factor):
+                return False
+            invert_lower(factor, whitening[k, p])
+            constants[k] -= 0.5 * n_dims * np.log(2.0 * np.pi)
+            for i in range(n_dims):
+                constants[k] -= np.log(factor[i, i])
+    return True
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def block_responsibilities(
+    data: np.ndarray,
+    begin: int,
+    size: int,
+    means: np.ndarray,
+    whitening: np.ndarray,
+    constants: np.ndarray,
+    work: np.ndarray,
+    logs: np.ndarray,
+) -> float:
+    """Responsibilities of ``size`` samples into ``logs`` (K, BLOCK); returns their log-likelihood.
+
+    Log-sum-exp over the components, so a sample far from all of them still gets sound weights.
+    """
+    n_components, n_frames, n_dims = means.shape
+    largest, total = work[0], work[1]
+    for n in range(size):
+        largest[n] = -np.inf
+        total[n] = 0.0
+    row = work[2]
+    for k in range(n_components):
+        log = logs[k]
+        for n in range(size):
+            log[n] = constants[k]
+        for p in range(n_frames):
+            for i in range(n_dims):
+                shift = 0.0
+                for j in range(i + 1):
+                    shift += whitening[k, p, i, j] * means[k, p, j]
+                for n in range(size):
+                    row[n] = -shift
+                for j in range(i + 1):
+                    weight = whitening[k, p, i, j]
+                    x = data[p, j, begin : begin + size]
+                    for n in range(size):
+                        row[n] += weight * x[n]
+                for n in range(size):
+                    log[n] -= 0.5 * row[n] * row[n]
+        for n in range(size):
+            largest[n] = max(largest[n], log[n])
+    for k in range(n_components):
+        log = logs[k]
+        for n in range(size):
+            difference = log[n] - largest[n]
+            log[n] = np.exp(difference) if difference > NEGLIGIBLE else 0.0
+            total[n] += log[n]
+    log_likelihood = 0.0
+    for n in range(size):
+        log_likelihood += largest[n] + np.log(total[n])
+        total[n] = 1.0 / total[n]
+    for k in range(n_components):
+        log = logs[k]
+        for n in range(size):
+            log[n] *= total[n]
+    return log_likelihood
+
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def accumulate(
+    data: np.ndarray,
+    begin: int,
+    size: int,
+    means: np.ndarray,
+    weights: np.ndarray,
+    row: np.ndarray,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+) -> None:
+    """Weighted moments about the old means: no cancellation, and no second pass over the data."""
+    n_components, n_frames, n_dims = means.shape
+    for k in range(n_components):
+        weight = weights[k]
+        block_mass = 0.0
+        for n in range(size):
+            block_mass += weight[n]
+        if block_mass == 0.0:
+            continue
+        mass[k] += block_mass
+        for p in range(n_frames):
+            for i in range(n_dims):
+                x = data[p, i, begin : begin + size]
+                centre = means[k, p, i]
+                total = 0.0
+                for n in range(size):
+                    row[n] = weight[n] * (x[n] - centre)
+                    total += row[n]
+                first[k, p, i] += total
+                for j in range(i + 1):
+                    y = data[p, j, begin : begin + size]
+                    centre = means[k, p, j]
+                    total = 0.0
+                    for n in range(size):
+                        total += row[n] * (y[n] - centre)
+                    second[k, p, i, j] += total
+
+
+@njit(cache=True, error_model="numpy")
+def maximise(
+    n_samples: int,
+    floor: np.ndarray,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    priors: np.ndarray,
+    means: np.ndarray,
+    covariances: np.ndarray,
+) -> None:
+    """Priors, means and covariances from the moments; an empty component keeps its place."""
+    n_components, n_frames, n_dims = means.shape
+    for k in range(n_components):
+        priors[k] = mass[k] / n_samples
+        if mass[k] < 1e-10:
+            continue
+        for p in range(n_frames):
+            for i in range(n_dims):
+                for j in range(i + 1):
+                    value = second[k, p, i, j] / mass[k]
+                    value -= first[k, p, i] * first[k, p, j] / mass[k] ** 2
+                    covariances[k, p, i, j] = value + floor[p, i, j]
+                    covariances[k, p, j, i] = value + floor[p, i, j]
+            for i in range(n_dims):
+                means[k, p, i] += first[k, p, i] / mass[k]
+
+
+@njit(cache=True, error_model="numpy")
+def expectation_maximisation(
+    data: np.ndarray,
+    floor: np.ndarray,
+    priors: np.ndarray,
+    means: np.ndarray,
+    covariances: np.ndarray,
+    min_steps: int,
+    max_steps: int,
+    tolerance: float,
+) -> tuple[np.ndarray, bool, bool]:
+    """EM in place on ``priors`` (K,), ``means`` (K, P, D), ``covariances`` (K, P, D, D).
+
+    ``data`` is (P, D, N), samples last. Returns the mean log-likelihood before each step, whether
+    it converged, and whether every covariance stayed positive definite.
+    """
+    n_frames, n_dims, n_samples = data.shape
+    n_components = priors.shape[0]
+    whitening = np.empty_like(covariances)
+    constants = np.empty(n_components)
+    work = np.empty((3, BLOCK))
+    weights = np.empty((n_components, BLOCK))
+    mass = np.empty(n_components)
+    first = np.empty_like(means)
+    second = np.empty_like(covariances)
+    record = np.empty(max_steps)
+    for step in range(max_steps):
+        if not whiten(priors, covariances, whitening, constants):
+            return record[:step], False, False
+        mass[:] = 0.0
+        first[:] = 0.0
+        second[:] = 0.0
+        log_likelihood = 0.0
+        for begin in range(0, n_samples, BLOCK):
+            size = min(BLOCK, n_samples - begin)
+            log_likelihood += block_responsibilities(
+                data, begin, size, means, whitening, constants, work, weights
+            )
+            accumulate(data, begin, size, means, weights, work[2], mass, first, second)
+        maximise(n_samples, floor, mass, first, second, priors, means, covariances)
+        record[step] = log_likelihood / n_samples
+        if step >= min_steps and record[step] - record[step - 1] < tolerance:
+            return record[: step + 1], True, True
+    return record, False, True
+
+
+@njit(cache=True, error_model="numpy")
+def responsibilities(
+    data: np.ndarray, priors: np.ndarray, means: np.ndarray, covariances: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Responsibilities (K, N) of samples (P, D, N), and the sum of their log-likelihoods (or NaN)."""
+    n_samples = data.shape[2]
+    n_components = priors.shape[0]
+    whitening = np.empty_like(covariances)
+    constants = np.empty(n_components)
+    result = np.empty((n_components, n_samples))
+    if not whiten(priors, covariances, whitening, constants):
+        return result, np.nan
+    work = np.empty((3, BLOCK))
+    weights = np.empty((n_components, BLOCK))
+    log_likelihood = 0.0
+    for begin in range(0, n_samples, BLOCK):
+        size = min(BLOCK, n_samples - begin)
+        log_likelihood += block_responsibilities(
+            data, begin, size, means, whitening, constants, work, weights
+        )
+        result[:, begin : begin + size] = weights[:, :size]
+    return result, log_likelihood

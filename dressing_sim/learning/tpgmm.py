@@ -1,0 +1,219 @@
+"""The task-parameterized Gaussian mixture model: demonstrations in, a regression for a situation out.
+
+A path is seen from every frame as samples of one of two kinds (paper, section III):
+
+* ``"time"``: [t, x] in R^(1+p), t the time in [s] times ``time_scale``;
+* ``"trajectory"``: [x, dx] in R^(2p), dx the displacement to the next sample, ``dt`` seconds later.
+"""
+
+from collections.abc import Sequence
+from typing import Literal, Self, get_args
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import em
+from dressing_sim.learning.demonstrations import (
+    DemonstrationLike,
+    check_demonstrations,
+    in_frames,
+    resample,
+)
+from dressing_sim.learning.em import EMOptions, EMRecord, Initialisation, Mixture
+from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.gmr import FusionOrder, Regression, check_fusion, lift, product, to_world
+from dressing_sim.learning.gmr import regression as prepare_regression
+
+Encoding = Literal["trajectory", "time"]
+
+
+class TPGMM:
+    """A Gaussian mixture over P frames: {pi_k, {mu_kp, Sigma_kp}_p}_k (paper, equation 3).
+
+    Args:
+        n_components: K, at least 1.
+        encoding: ``"trajectory"`` or ``"time"``, see the module.
+        floor: what is added to the diagonal of every covariance at every step, for the input block
+            (time, or position) and the output block (position, or displacement); one number stands
+            for both. 1e-4 is pbdlib's value.
+        relative_floor: the floor is a fraction of the block's variance in the frame at hand, rather
+            than a variance in its unit squared.
+        dt: time between the samples in [s] that paths are resampled to, ``"trajectory"`` only; by
+            default the demonstrations' own, which must then agree.
+        time_scale: factor on time, ``"time"`` only; it sets how time weighs against position.
+        initialisation: ``"time-bins"``, or ``"k-means"`` on the joint samples of all frames.
+        options: when expectation-maximisation stops.
+        rng: needed by ``"k-means"`` only.
+
+    Attributes:
+        mixture: the fitted ``Mixture``; None before ``fit``.
+        record: the ``EMRecord`` of the last fit; None before.
+        step_time: time in [s] that a displacement spans, once fitted; None for ``"time"``.
+
+    Raises:
+        InvalidInputError: a setting out of range.
+    """
+
+    def __init__(
+        self,
+        n_components: int,
+        *,
+        encoding: Encoding = "trajectory",
+        floor: float | tuple[float, float] = 1e-4,
+        relative_floor: bool = False,
+        dt: float | None = None,
+        time_scale: float = 1.0,
+        initialisation: Initialisation = "time-bins",
+        options: EMOptions | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        if n_components < 1:
+            raise InvalidInputError(f"a mixture needs n_components >= 1, not {n_components}")
+        if encoding not in get_args(Encoding):
+            raise InvalidInputError(f"encoding must be 'trajectory' or 'time', not {encoding!r}")
+        if initialisation not in get_args(Initialisation):
+            raise InvalidInputError(
+                f"initialisation must be 'time-bins' or 'k-means', not {initialisation!r}"
+            )
+        if initialisation == "k-means" and rng is None:
+            raise InvalidInputError("k-means needs a random generator: pass rng=")
+        if not (time_scale > 0 and (dt is None or dt > 0)):
+            raise InvalidInputError("time_scale and dt must be > 0")
+        self.n_components = n_components
+        self.encoding: Encoding = encoding
+        self.floor = (floor, floor) if isinstance(floor, int | float) else tuple(floor)
+        self.relative_floor = relative_floor
+        self.dt = dt
+        self.time_scale = time_scale
+        self.initialisation: Initialisation = initialisation
+        self.options = options or EMOptions()
+        self.rng = rng
+        self.mixture: Mixture | None = None
+        self.record: EMRecord | None = None
+        self.step_time: float | None = None
+
+    def samples(self, demonstrations: Sequence[DemonstrationLike]) -> tuple[FloatArray, list[int]]:
+        """The demonstrations as samples (P, D, N) in each frame, and each one's count.
+
+        Raises:
+            InvalidInputError: demonstrations that cannot be learned from.
+        """
+        checked = check_demonstrations(demonstrations)
+        if self.encoding == "time":
+            parts = [self._time_samples(demonstration) for demonstration in checked]
+        else:
+            step_time = self._step_time(checked)
+            parts = [_trajectory_samples(demonstration, step_time) for demonstration in checked]
+        return np.concatenate(parts, axis=2), [part.shape[2] for part in parts]
+
+    def _step_time(self, demonstrations: Sequence[DemonstrationLike]) -> float:
+        if self.dt is not None:
+            return self.dt
+        step_times = {float(demonstration.dt) for demonstration in demonstrations}
+        if max(step_times) - min(step_times) > 1e-9 * max(step_times):
+            raise InvalidInputError(
+                f"the demonstrations have different dt {sorted(step_times)}: pass dt="
+            )
+        return max(step_times)
+
+    def _time_samples(self, demonstration: DemonstrationLike) -> FloatArray:
+        local = in_frames(np.asarray(demonstration.positions), demonstration.frames)
+        times = np.arange(local.shape[1]) * (demonstration.dt * self.time_scale)
+        column = np.broadcast_to(times[None, :, None], (*local.shape[:2], 1))
+        return np.concatenate([column, local], axis=2).transpose(0, 2, 1)
+
+    def fit(
+        self, demonstrations: Sequence[DemonstrationLike], warm_start: Mixture | None = None
+    ) -> Self:
+        """Learn the mixture from demonstrations of any lengths and return the model itself.
+
+        Args:
+            demonstrations: one or more, with the same number of frames.
+            warm_start: where expectation-maximisation starts, instead of the initialisation.
+
+        Raises:
+            InvalidInputError: demonstrations that cannot be learned from, fewer samples than
+                components need, or a covariance that became singular.
+        """
+        data, lengths = self.samples(demonstrations)
+        n_inputs = self._n_inputs(data.shape[1])
+        blocks = (n_inputs, data.shape[1] - n_inputs)
+        floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor)
+        if warm_start is not None:
+            if warm_start.means.shape != (self.n_components, *data.shape[:2]):
+                raise InvalidInputError("the warm start has other components, frames or dimensions")
+            initial = warm_start
+        elif self.initialisation == "k-means":
+            assert self.rng is not None
+            initial = em.initialise_by_k_means(data, self.n_components, floor, self.rng)
+        else:
+            initial = em.initialise_by_time(data, lengths, self.n_components, floor)
+        self.mixture, self.record = em.fit_mixture(data, initial, floor, self.options)
+        if self.encoding == "trajectory":
+            self.step_time = self._step_time(tuple(demonstrations))
+        return self
+
+    def _n_inputs(self, n_dims: int) -> int:
+        return 1 if self.encoding == "time" else n_dims // 2
+
+    def fitted(self) -> Mixture:
+        """The mixture.
+
+        Raises:
+            InvalidInputError: before ``fit``.
+        """
+        if self.mixture is None:
+            raise InvalidInputError("the model has not been fitted: call fit(demonstrations) first")
+        return self.mixture
+
+    def log_likelihood(self, demonstrations: Sequence[DemonstrationLike]) -> float:
+        """Sum over the samples of log sum_k pi_k prod_p N(x_p | mu_kp, Sigma_kp)."""
+        data, _ = self.samples(demonstrations)
+        return em.responsibilities(data, self.fitted())[1]
+
+    def regression(
+        self,
+        frames: Sequence[Frame],
+        fusion: FusionOrder = "regression-then-product",
+        ridge: float = 0.0,
+        shared: bool = False,
+    ) -> Regression:
+        """The regression of output on input in a situation, in world coordinates.
+
+        Args:
+            frames: the situation, as many frames as in the demonstrations.
+            fusion: the order of regression and product, see ``gmr``.
+            ridge: added to the diagonal of each conditional covariance, in the frame's coordinates
+                (in the fused one for ``"product-then-regression"``).
+            shared: ``"regression-then-product"`` with responsibilities common to all frames.
+
+        Raises:
+            InvalidInputError: not fitted, or another number or dimension of frames.
+        """
+        mixture = self.fitted()
+        n_inputs = self._n_inputs(mixture.n_dims)
+        dimension = mixture.n_dims - n_inputs
+        if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
+            raise InvalidInputError(
+                f"the situation needs {mixture.n_frames} frames of dimension {dimension}, "
+                f"not {[frame.dimension for frame in frames]}"
+            )
+        time = self.encoding == "time"
+        bases, origins = lift(frames, n_time=int(time), n_copies=1 if time else 2)
+        world = to_world(mixture, bases, origins)
+        if check_fusion(fusion) == "product-then-regression":
+            ridges = ridge * np.eye(dimension)[None]
+            return prepare_regression(product(world), n_inputs, ridges)
+        local = bases[:, -dimension:, -dimension:]
+        ridges = ridge * local @ local.transpose(0, 2, 1)
+        return prepare_regression(world, n_inputs, ridges, shared)
+
+
+def _trajectory_samples(demonstration: DemonstrationLike, step_time: float) -> FloatArray:
+    path = resample(np.asarray(demonstration.positions), demonstration.dt, step_time)
+    steps = np.diff(path, axis=0)
+    views = []
+    for frame in demonstration.frames:
+        local = frame.to_local(path[:-1])
+        views.append(np.concatenate([local, frame.displacements_to_local(steps)], axis=1).T)
+    return np.stack(views)

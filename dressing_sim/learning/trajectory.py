@@ -1,0 +1,177 @@
+"""The paper's dressing policy: a trajectory-based TP-GMM, integrated from where the robot is.
+
+The mixture is over [x, dx] in R^(2p), with A_hat = blockdiag(A, A) and b_hat = [b; 0]; the motion
+is x_{t+1} = x_t + E[dx | x_t] (Zhu, Gienger and Kober 2022, section V).
+"""
+
+from collections.abc import Sequence
+from copy import copy
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.demonstrations import (
+    DemonstrationLike,
+    SyntheticDemonstration,
+    check_demonstrations,
+    duration,
+)
+from dressing_sim.learning.em import EMOptions, Initialisation
+from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.gmr import FusionOrder, check_fusion
+from dressing_sim.learning.tpgmm import TPGMM
+
+
+class TrajectoryTPGMM:
+    """Trajectory-based TP-GMM policy.
+
+    The paper fixes ``n_components`` = 4 for dressing. The other defaults are choices of this
+    library (``docs/learning.md`` has the measurements behind them).
+
+    Args:
+        n_components: K.
+        fusion: ``"regression-then-product"`` or ``"product-then-regression"``, see ``gmr``.
+        position_floor: added to the variance of the positions at every step of the fit. It limits
+            how steeply the displacement may depend on where the path is, and so what happens off
+            the demonstrated paths.
+        displacement_floor: the same for the displacements.
+        relative_floor: the floors are fractions of the data's variance in each frame (True), or
+            variances in the positions' unit squared (False).
+        samples: samples in a demonstration of mean duration, once resampled; it sets ``dt``.
+        shared: one set of responsibilities for all frames when regressing frame by frame.
+        rest_speed: the motion has come to rest once it is slower than this fraction of the mean
+            demonstrated speed for ``rest_count`` samples, in the second half of the shortest
+            demonstration's duration or later.
+        rest_count: see ``rest_speed``.
+        step_limit: the path has at most this many times the longest demonstration's samples.
+        initialisation, options, rng: see ``TPGMM``.
+
+    Attributes:
+        dt: time between the samples of a generated path in [s], once fitted.
+        model: the fitted ``TPGMM``.
+        max_samples: the step limit in samples, once fitted.
+
+    Raises:
+        InvalidInputError: a setting out of range.
+    """
+
+    def __init__(
+        self,
+        n_components: int = 4,
+        *,
+        fusion: FusionOrder = "regression-then-product",
+        position_floor: float = 1e-3,
+        displacement_floor: float = 1e-6,
+        relative_floor: bool = False,
+        samples: int = 200,
+        shared: bool = False,
+        rest_speed: float = 0.02,
+        rest_count: int = 5,
+        step_limit: float = 2.0,
+        initialisation: Initialisation = "time-bins",
+        options: EMOptions | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        if samples < 3 or rest_count < 1 or not (rest_speed >= 0 and step_limit >= 1):
+            raise InvalidInputError(
+                "a trajectory policy needs samples >= 3, rest_count >= 1, rest_speed >= 0 and "
+                f"step_limit >= 1, not {samples}, {rest_count}, {rest_speed} and {step_limit}"
+            )
+        self.fusion = check_fusion(fusion)
+        self.samples = samples
+        self.shared = shared
+        self.rest_speed = rest_speed
+        self.rest_count = rest_count
+        self.step_limit = step_limit
+        self.model = TPGMM(
+            n_components,
+            encoding="trajectory",
+            floor=(position_floor, displacement_floor),
+            relative_floor=relative_floor,
+            initialisation=initialisation,
+            options=options,
+            rng=rng,
+        )
+        self.dt: float | None = None
+        self.max_samples = 0
+        self._rest_from = 0
+        self._mean_step = 0.0
+        self._longest_step = 0.0
+
+    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
+        """Learn from demonstrations of any lengths and sampling times; returns the policy itself.
+
+        Raises:
+            InvalidInputError: demonstrations that cannot be learned from.
+        """
+        checked = check_demonstrations(demonstrations)
+        durations = [duration(demonstration) for demonstration in checked]
+        self.dt = float(np.mean(durations)) / (self.samples - 1)
+        self.max_samples = int(np.ceil(self.step_limit * max(durations) / self.dt)) + 1
+        self._rest_from = int(0.5 * min(durations) / self.dt)
+        steps = [
+            np.linalg.norm(np.diff(d.positions, axis=0), axis=1) * (self.dt / d.dt) for d in checked
+        ]
+        self._mean_step = float(np.mean([step.mean() for step in steps]))
+        self._longest_step = float(max(step.max() for step in steps))
+        self.model.dt = self.dt
+        self.model.fit(checked)
+        return self
+
+    def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:
+        """A new policy learned from other demonstrations; this one stays as it is.
+
+        ``dt``, the step limit and the rest criterion are kept.
+
+        Args:
+            demonstrations: with the same number of frames.
+            warm: whether expectation-maximisation starts from this policy's mixture.
+        """
+        other = copy(self)
+        other.model = copy(self.model)
+        other.model.fit(demonstrations, self.model.fitted() if warm else None)
+        return other
+
+    def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
+        """The motion for a situation, from exactly ``start``.
+
+        No step is longer than the longest demonstrated one, so the path is finite whatever the
+        situation. It ends when the motion has come to rest, or after ``max_samples`` samples.
+
+        Args:
+            frames: P frames, as in the demonstrations.
+            start: position (p,) in world coordinates.
+
+        Returns:
+            Positions (T, p) in world coordinates, ``dt`` apart.
+
+        Raises:
+            InvalidInputError: not fitted, other frames than learned from, or a start that is not
+                finite.
+        """
+        from dressing_sim.learning.kernels.regression import integrate
+
+        regression = self.model.regression(frames, self.fusion, shared=self.shared)
+        origin = np.array(start, dtype=np.float64)
+        if origin.shape != (frames[0].dimension,) or not np.isfinite(origin).all():
+            raise InvalidInputError(
+                f"start must be {frames[0].dimension} finite coordinates, not {start}"
+            )
+        return integrate(
+            origin,
+            *regression.arrays(),
+            self.max_samples - 1,
+            self._rest_from,
+            self._longest_step,
+            self.rest_speed * self._mean_step,
+            self.rest_count,
+        )
+
+    def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
+        """The motion for a demonstration's own situation, from its own first position."""
+        frames = tuple(demonstration.frames)
+        path = self.generate(frames, np.asarray(demonstration.positions)[0])
+        assert self.dt is not None
+        return SyntheticDemonstration(path, self.dt, frames)
