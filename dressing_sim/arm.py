@@ -1,0 +1,226 @@
+"""The arm to be dressed: its size, its anatomical limits, and a posture with its two frames.
+
+Coordinates are those of the robot's base: x forward, y to the robot's left, z up, in metres. The
+mannequin sits at the robot's right-hand side and looks along +y, so its left arm, the one that is
+dressed, is the one next to the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.frame import Frame
+
+Vector = NDArray[np.float64]
+
+#: Directions of the mannequin's body in the robot's base frame.
+FORWARD = np.array([0.0, 1.0, 0.0])
+LEFT = np.array([-1.0, 0.0, 0.0])
+UP = np.array([0.0, 0.0, 1.0])
+
+#: Where the left shoulder joint is when the mannequin sits in its usual place [m].
+DEFAULT_SHOULDER = (0.45, -0.28, 0.24)
+
+#: The shoulder joint may be displaced from its usual place by at most this much a coordinate [m].
+MAX_SHOULDER_DISPLACEMENT = 0.15
+
+#: Anatomical ranges [deg], American Academy of Orthopaedic Surgeons, Joint Motion (1965). Flexion,
+#: abduction and internal rotation are positive.
+ANGLE_LIMITS_DEG: Mapping[str, tuple[float, float]] = {
+    "flexion_deg": (-60.0, 180.0),
+    "abduction_deg": (-50.0, 180.0),
+    "rotation_deg": (-90.0, 70.0),
+    "elbow_deg": (0.0, 150.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ArmSize:
+    """Lengths and radii of one arm [m]."""
+
+    upper_arm_length: float
+    upper_arm_radius: float
+    forearm_length: float
+    forearm_radius: float
+    hand_radius: float
+
+
+#: 50th percentile; lengths and radii as in Assistive Gym's ``human_creation.py``.
+ARM_SIZES: Mapping[str, ArmSize] = {
+    "male": ArmSize(0.279, 0.043, 0.257, 0.033, 0.043),
+    "female": ArmSize(0.264, 0.0355, 0.234, 0.027, 0.0355),
+}
+
+
+def _rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
+    """Rotation matrix (3, 3) about a unit axis by an angle [rad] (Rodrigues' formula)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+@dataclass(frozen=True, slots=True)
+class Posture:
+    """A static posture of the left arm, given by anatomical joint angles.
+
+    With all angles zero the arm hangs straight down. The upper arm is first abducted (sideways),
+    then flexed (forward and up), after being turned about its own axis (internal rotation); the
+    elbow then bends the forearm, forward when the arm hangs unrotated.
+
+    Attributes:
+        name: What the posture is called in suites and reports.
+        flexion_deg: Shoulder flexion [deg].
+        abduction_deg: Shoulder abduction [deg].
+        rotation_deg: Internal (+) or external (-) rotation of the upper arm [deg].
+        elbow_deg: Elbow flexion [deg]; zero is the straight arm.
+        size: ``"male"`` or ``"female"``, 50th percentile.
+        shoulder_position: Shoulder joint in the robot's base frame [m].
+
+    Raises:
+        InvalidInputError: An angle outside ``ANGLE_LIMITS_DEG``, an unknown size, or a shoulder
+            further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``.
+    """
+
+    name: str
+    flexion_deg: float
+    abduction_deg: float
+    rotation_deg: float
+    elbow_deg: float
+    size: str = "male"
+    shoulder_position: tuple[float, float, float] = field(default=DEFAULT_SHOULDER)
+
+    def __post_init__(self) -> None:
+        for angle, (low, high) in ANGLE_LIMITS_DEG.items():
+            value = getattr(self, angle)
+            if not low <= value <= high:  # also false for NaN
+                raise InvalidInputError(
+                    f"posture {self.name!r}: {angle} is {value}, valid is {low:g} to {high:g}"
+                )
+        if self.size not in ARM_SIZES:
+            raise InvalidInputError(
+                f"posture {self.name!r}: unknown size {self.size!r}, "
+                f"valid is one of {', '.join(ARM_SIZES)}"
+            )
+        displacement = np.abs(np.subtract(self.shoulder_position, DEFAULT_SHOULDER))
+        if displacement.shape != (3,) or not np.all(displacement <= MAX_SHOULDER_DISPLACEMENT):
+            raise InvalidInputError(
+                f"posture {self.name!r}: shoulder_position is {self.shoulder_position}, valid is "
+                f"{DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"
+            )
+
+    @property
+    def arm_size(self) -> ArmSize:
+        """Lengths and radii of the arm."""
+        return ARM_SIZES[self.size]
+
+    @property
+    def upper_arm_rotation(self) -> NDArray[np.float64]:
+        """Orientation (3, 3) of the upper arm: columns forward, left, up of the hanging arm."""
+        flexion, abduction, rotation = np.deg2rad(
+            [self.flexion_deg, self.abduction_deg, self.rotation_deg]
+        )
+        # The left-handed signs follow from the body's axes: raising the arm forward turns it
+        # about LEFT the negative way, sideways about FORWARD the positive way.
+        return (
+            _rotation(LEFT, -flexion)
+            @ _rotation(FORWARD, abduction)
+            @ _rotation(UP, -rotation)
+            @ np.column_stack([FORWARD, LEFT, UP])
+        )
+
+    @property
+    def shoulder(self) -> Vector:
+        """Shoulder joint (3,) in the robot's base frame [m]."""
+        return np.array(self.shoulder_position, dtype=float)
+
+    @property
+    def elbow(self) -> Vector:
+        """Elbow joint (3,) in the robot's base frame [m]."""
+        return self.shoulder - self.arm_size.upper_arm_length * self.upper_arm_rotation[:, 2]
+
+    @property
+    def wrist(self) -> Vector:
+        """Wrist joint (3,) in the robot's base frame [m]."""
+        forward, _, up = self.upper_arm_rotation.T
+        bend = np.deg2rad(self.elbow_deg)
+        direction = -np.cos(bend) * up + np.sin(bend) * forward
+        return self.elbow + self.arm_size.forearm_length * direction
+
+    def frames(self) -> tuple[Frame, Frame]:
+        """The situation a policy is asked for: the frame at the shoulder, then at the wrist.
+
+        Returns:
+            Two frames with their origins at the shoulder and at the wrist and their x axes
+            towards the elbow (Zhu, Gienger, Kober 2022, Section V). The paper leaves the other
+            two axes open; here z points up as far as x allows (see `gravity_frame`), because a
+            sleeve hangs, and because this is defined for a straight arm too.
+        """
+        return situation(self.shoulder, self.elbow, self.wrist)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for a file; `from_dict` is the inverse."""
+        return {
+            "name": self.name,
+            **{angle: float(getattr(self, angle)) for angle in ANGLE_LIMITS_DEG},
+            "size": self.size,
+            "shoulder_position": [float(value) for value in self.shoulder_position],
+        }
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Posture:
+        """Build a posture from plain values, checking names and types.
+
+        Raises:
+            InvalidInputError: A key is missing or unknown, or a value is not valid.
+        """
+        required = {"name", *ANGLE_LIMITS_DEG}
+        allowed = {*required, "size", "shoulder_position"}
+        name = values.get("name", "without a name")
+        missing, unknown = required - set(values), set(values) - allowed
+        if missing or unknown:
+            what = f"missing {sorted(missing)}" if missing else f"unknown {sorted(unknown)}"
+            raise InvalidInputError(
+                f"posture {name!r}: {what}, valid keys are {', '.join(sorted(allowed))}"
+            )
+        try:
+            return cls(
+                name=str(values["name"]),
+                size=str(values.get("size", "male")),
+                shoulder_position=tuple(
+                    float(v) for v in values.get("shoulder_position", DEFAULT_SHOULDER)
+                ),  # type: ignore[arg-type]  # the length is checked in __post_init__
+                **{angle: float(values[angle]) for angle in ANGLE_LIMITS_DEG},
+            )
+        except (TypeError, ValueError) as error:
+            if isinstance(error, InvalidInputError):
+                raise
+            raise InvalidInputError(f"posture {name!r}: {error}; angles are numbers") from error
+
+
+def gravity_frame(origin: Vector, towards: Vector) -> Frame:
+    """Frame with x towards a point and z as far up as x allows.
+
+    ``x = (towards - origin) / |.|``, ``z = (up - (up . x) x) / |.|``, ``y = z x x``. When x is
+    vertical (within 0.6 degrees) `FORWARD` takes the part of up.
+
+    Args:
+        origin: Origin (3,) in the robot's base frame [m].
+        towards: Point (3,) on the positive x axis, in the same frame [m].
+    """
+    x = (towards - origin) / np.linalg.norm(towards - origin)
+    z = UP - (UP @ x) * x
+    if np.linalg.norm(z) < 1e-2:
+        z = FORWARD - (FORWARD @ x) * x
+    z = z / np.linalg.norm(z)
+    return Frame(np.column_stack([x, np.cross(z, x), z]), origin)
+
+
+def situation(shoulder: Vector, elbow: Vector, wrist: Vector) -> tuple[Frame, Frame]:
+    """Frames at the shoulder and the wrist of an arm given by its three joints (3,) [m]."""
+    return gravity_frame(shoulder, elbow), gravity_frame(wrist, elbow)

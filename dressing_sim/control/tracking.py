@@ -1,0 +1,177 @@
+"""From a path of the gripper to joint commands: differential inverse kinematics with limits.
+
+Each control step solves one quadratic program (pink on Pinocchio, solver DAQP) within the joint
+position and velocity limits of the URDF. The gripper's position has priority by weight; the hand
+points down and may turn about the vertical, since the paper's policies say positions only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pink
+import pinocchio as pin
+from numpy.typing import NDArray
+from pink.limits import ConfigurationLimit, VelocityLimit
+from pink.tasks import FrameTask, PostureTask
+
+from dressing_sim.control.kinematics import PandaKinematics
+from dressing_sim.world.panda import HOME, TCP_BODY
+
+#: The hand pointing down, fingers opening along the base's y axis.
+_HAND_DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingConfig:
+    """How a path is followed."""
+
+    dt: float = 0.02
+    """Time between two joint commands [s]."""
+    max_speed: float = 0.25
+    """The gripper never goes faster [m/s]: usual for a robot next to a person."""
+    position_cost: float = 1.0
+    """Weight of the gripper's position error [1/m]."""
+    tilt_cost: float = 0.1
+    """Weight of the hand's deviation from pointing down [1/rad]."""
+    posture_cost: float = 2e-3
+    """Weight of the joints' deviation from the robot's resting posture [1/rad]."""
+    max_error: float = 0.02
+    """A path is unreachable if the commanded gripper is ever further from it than this [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectory:
+    """Joint commands, one each `dt` seconds.
+
+    Attributes:
+        positions: Joint positions, shape (n_steps, 7) [rad].
+        dt: Time between two rows [s].
+        targets: Where the gripper should be, shape (n_steps, 3), in the robot's base frame [m].
+        errors: Distance between the commanded gripper and its target, shape (n_steps,) [m].
+    """
+
+    positions: NDArray[np.float64]
+    dt: float
+    targets: NDArray[np.float64]
+    errors: NDArray[np.float64]
+
+    @property
+    def max_error(self) -> float:
+        """Largest distance between the commanded gripper and its target [m]."""
+        return float(self.errors.max())
+
+
+def retime(
+    path: NDArray[np.float64], path_dt: float, dt: float, max_speed: float
+) -> NDArray[np.float64]:
+    """Sample a path every `dt` seconds, slowing it down where it is faster than allowed.
+
+    Args:
+        path: Positions, shape (n, d), one each `path_dt` seconds [m].
+        path_dt: Time between two rows [s].
+        dt: Time between two rows of the result [s].
+        max_speed: Largest speed of the result [m/s].
+
+    Returns:
+        Positions, shape (m, d): the path's first to its last point along the same polyline.
+    """
+    durations = np.linalg.norm(np.diff(path, axis=0), axis=1) / max_speed
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(durations, path_dt))])
+    samples = np.append(np.arange(0.0, times[-1], dt), times[-1])
+    return np.column_stack([np.interp(samples, times, column) for column in path.T])
+
+
+class _InverseKinematics:
+    """The quadratic program of one control step, and the configuration it moves."""
+
+    def __init__(self, kinematics: PandaKinematics, config: TrackingConfig, q: NDArray[np.float64]):
+        model = kinematics.model
+        self.configuration = pink.Configuration(model, model.createData(), q)
+        self._dt = config.dt
+        # The third rotation, about the hand's own axis, costs nothing.
+        self._hand = FrameTask(
+            TCP_BODY,
+            position_cost=config.position_cost,
+            orientation_cost=[config.tilt_cost, config.tilt_cost, 0.0],
+        )
+        posture = PostureTask(cost=config.posture_cost)
+        posture.set_target(np.array(HOME))
+        self._tasks = [self._hand, posture]
+        self._limits = [ConfigurationLimit(model, config_limit_gain=1.0), VelocityLimit(model)]
+
+    def step(self, target: NDArray[np.float64]) -> float:
+        """Move towards a target (3,) for one control step; returns the distance left [m]."""
+        self._hand.set_target(pin.SE3(_HAND_DOWN, target))
+        velocity = pink.solve_ik(
+            self.configuration,
+            self._tasks,
+            self._dt,
+            solver="daqp",
+            damping=1e-9,
+            limits=self._limits,
+            safety_break=False,
+        )
+        self.configuration.integrate_inplace(velocity, self._dt)
+        reached = self.configuration.get_transform_frame_to_world(TCP_BODY).translation
+        return float(np.linalg.norm(reached - target))
+
+
+def configuration_at(
+    position: NDArray[np.float64],
+    kinematics: PandaKinematics,
+    config: TrackingConfig | None = None,
+    max_steps: int = 500,
+) -> tuple[NDArray[np.float64], float]:
+    """A configuration whose gripper is at a position, found from the robot's resting posture.
+
+    Args:
+        position: Where the gripper should be, (3,), in the robot's base frame [m].
+        kinematics: The robot.
+        config: Weights and limits.
+        max_steps: Control steps after which the search ends.
+
+    Returns:
+        Joint positions (7,) [rad], and the distance left [m].
+    """
+    ik = _InverseKinematics(kinematics, config or TrackingConfig(), np.array(HOME))
+    previous = ik.configuration.q
+    error = np.inf
+    for _ in range(max_steps):
+        error = ik.step(position)
+        if np.abs(ik.configuration.q - previous).max() < 1e-7:
+            break
+        previous = ik.configuration.q
+    return ik.configuration.q.copy(), error
+
+
+def track_path(
+    path: NDArray[np.float64],
+    path_dt: float,
+    start: NDArray[np.float64],
+    kinematics: PandaKinematics,
+    config: TrackingConfig | None = None,
+) -> JointTrajectory:
+    """Joint commands that lead the gripper along a path.
+
+    Args:
+        path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
+        path_dt: Time between two rows [s].
+        start: Joint positions (7,) to start from [rad].
+        kinematics: The robot.
+        config: Weights, speed and limits.
+
+    Returns:
+        The trajectory from `start`: first straight to the path's first point, then along it.
+    """
+    config = config or TrackingConfig()
+    ik = _InverseKinematics(kinematics, config, np.array(start, dtype=float))
+    here = kinematics.tcp_pose(start)[0]
+    targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed)
+    errors = np.empty(len(targets))
+    positions = np.empty((len(targets), len(HOME)))
+    for i, target in enumerate(targets):
+        errors[i] = ik.step(target)
+        positions[i] = ik.configuration.q
+    return JointTrajectory(positions, config.dt, targets, errors)

@@ -1,0 +1,144 @@
+"""The scene: robot, mannequin and sleeve in one MuJoCo model, ready to be simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.world.mannequin import LINKS, add_mannequin
+from dressing_sim.world.panda import (
+    ARM_JOINTS,
+    BASE_BODY,
+    FINGER_JOINTS,
+    TCP_BODY,
+    ServoConfig,
+    panda_spec,
+)
+from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, add_sleeve, sleeve_mesh, vertex_body
+
+# Contact bits. Cloth and robot both touch the mannequin; nothing else touches anything: the
+# fingers hold the cloth by the grip, and the robot's controller keeps its links apart.
+_MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
+
+
+@dataclass(frozen=True, slots=True)
+class SolverConfig:
+    """How MuJoCo integrates; what is chosen here can change a verdict."""
+
+    timestep: float = 0.005
+    """Physics step [s]."""
+    solver: str = "CG"
+    """``"CG"`` or ``"Newton"``."""
+    iterations: int = 200
+    """Most solver iterations a step; 10 are too few and turn verdicts round."""
+    tolerance: float = 1e-6
+    """Solver's stopping tolerance."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldConfig:
+    """Everything about the world but the posture."""
+
+    sleeve: SleeveConfig = field(default_factory=SleeveConfig)
+    servo: ServoConfig = field(default_factory=ServoConfig)
+    solver: SolverConfig = field(default_factory=SolverConfig)
+    settle_time: float = 1.0
+    """How long the cloth falls before an episode starts [s]."""
+
+
+def grip_start(posture: Posture, sleeve: SleeveConfig) -> NDArray[np.float64]:
+    """Where the gripper holds the armscye at the start, (3,) in the robot's base frame [m].
+
+    The armscye's centre is at the wrist, so its top is one radius up along the wrist frame's z.
+    """
+    wrist_frame = posture.frames()[1]
+    radius = sleeve.armscye_circumference / (2.0 * np.pi)
+    return posture.wrist + radius * wrist_frame.A[:, 2]
+
+
+def resting_sleeve(posture: Posture, sleeve: SleeveConfig) -> SleeveMesh:
+    """The sleeve before it falls: around the forearm's axis, armscye at the wrist, hem outwards."""
+    wrist_frame = posture.frames()[1]
+    return sleeve_mesh(sleeve, posture.wrist, -wrist_frame.A[:, 0], wrist_frame.A[:, 2])
+
+
+def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, SleeveMesh]:
+    """Assemble the scene as an editable spec.
+
+    Returns:
+        The spec, and the sleeve's mesh at rest. The grip's constraints are in the spec, but their
+        anchors on the hand are not: they depend on where the hand is (see `World`).
+    """
+    spec = panda_spec(config.servo, contype=_ROBOT, conaffinity=_MANNEQUIN)
+    spec.modelname = f"dressing {posture.name}"
+    option = spec.option
+    option.timestep = config.solver.timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{config.solver.solver.upper()}")
+    option.iterations = config.solver.iterations
+    option.tolerance = config.solver.tolerance
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+
+    add_mannequin(spec, posture, config.sleeve.friction, _MANNEQUIN, _ROBOT | _CLOTH)
+    mesh = resting_sleeve(posture, config.sleeve)
+    add_sleeve(spec, config.sleeve, mesh, _CLOTH, _MANNEQUIN)
+    for vertex in mesh.gripped:
+        spec.add_equality(
+            name=grip_name(vertex),
+            type=mujoco.mjtEq.mjEQ_CONNECT,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            name1=TCP_BODY,
+            name2=vertex_body(vertex),
+            solref=[config.sleeve.contact_time, 1.0],
+            solimp=[config.sleeve.grip_impedance, config.sleeve.grip_impedance, 0.001, 0.5, 2.0],
+        )
+    _add_force_sensors(spec)
+    return spec, mesh
+
+
+def grip_name(vertex: int) -> str:
+    """Name of the constraint by which the fingers hold a vertex."""
+    return f"grip_{vertex}"
+
+
+def force_sensor_name(link: str, source: str) -> str:
+    """Name of the sensor of the net contact force on a link from ``"cloth"`` or ``"robot"``."""
+    return f"{link}_force_{source}"
+
+
+def _add_force_sensors(spec: mujoco.MjSpec) -> None:
+    """Net contact force on each link of the mannequin: from everything, and from the robot."""
+    # Sensor parameters: which data (bits: found, force), how reduced (net force), how many.
+    found, force = mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE
+    net = [(1 << found.value) | (1 << force.value), 3, 1]
+    for link in LINKS:
+        shared = {
+            "type": mujoco.mjtSensor.mjSENS_CONTACT,
+            "objtype": mujoco.mjtObj.mjOBJ_BODY,
+            "objname": link,
+            "intprm": net,
+        }
+        spec.add_sensor(name=force_sensor_name(link, "all"), **shared)
+        spec.add_sensor(
+            name=force_sensor_name(link, "robot"),
+            reftype=mujoco.mjtObj.mjOBJ_XBODY,
+            refname=BASE_BODY,
+            **shared,
+        )
+
+
+__all__ = [
+    "ARM_JOINTS",
+    "FINGER_JOINTS",
+    "SolverConfig",
+    "WorldConfig",
+    "build_spec",
+    "force_sensor_name",
+    "grip_name",
+    "grip_start",
+    "resting_sleeve",
+]

@@ -1,0 +1,167 @@
+"""What makes pictures look right and physics does not see: the robot's skin, floor, light, camera.
+
+The Panda's visual meshes ship as COLLADA, which MuJoCo cannot read. They are converted on first
+use, one OBJ a link and colour, into the user's cache folder.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+import xml.etree.ElementTree as ET
+from collections import defaultdict
+from importlib.metadata import version
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import platformdirs
+from scipy.spatial.transform import Rotation
+
+from dressing_sim.world.panda import mesh_path, urdf_path
+
+#: Geom groups of pictures: visual meshes are shown, collision shapes of the robot are not.
+VISUAL_GROUP, COLLISION_GROUP = 2, 3
+
+_COLOUR = re.compile(r"_([0-9a-f]{6})\.obj$")
+
+
+def cache_folder() -> Path:
+    """Where converted meshes are kept; one folder a version of the robot's data."""
+    root = Path(platformdirs.user_cache_dir("dressing_sim", appauthor=False))
+    return root / f"panda-{version('example-robot-data')}"
+
+
+def converted_meshes(collada: Path) -> list[tuple[Path, tuple[float, float, float]]]:
+    """OBJ files of a COLLADA file, one a colour, converted if the cache has them not.
+
+    Args:
+        collada: A .dae file.
+
+    Returns:
+        Path of each OBJ file and its colour, red, green, blue from 0 to 1.
+    """
+    folder = cache_folder() / collada.stem
+    if not folder.is_dir():
+        _convert(collada, folder)
+    files = sorted(folder.glob("*.obj"))
+    colours = [_COLOUR.search(file.name).group(1) for file in files]  # type: ignore[union-attr]
+    return [
+        (file, tuple(int(colour[i : i + 2], 16) / 255.0 for i in (0, 2, 4)))  # type: ignore[misc]
+        for file, colour in zip(files, colours, strict=True)
+    ]
+
+
+def _convert(collada: Path, folder: Path) -> None:
+    # Imported here: only the first picture on a machine needs a mesh library.
+    import trimesh
+
+    scene = trimesh.load_scene(collada)
+    by_colour = defaultdict(list)
+    for mesh in scene.dump():
+        by_colour[bytes(mesh.visual.material.main_color[:3]).hex()].append(mesh)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as temporary:
+        for colour, meshes in by_colour.items():
+            merged = trimesh.util.concatenate(
+                [trimesh.Trimesh(m.vertices, m.faces, process=False) for m in meshes]
+            )
+            merged.export(Path(temporary) / f"{collada.stem}_{colour}.obj", include_normals=True)
+        try:
+            os.rename(temporary, folder)
+        except OSError:
+            if not folder.is_dir():  # else another process was faster, and its files are the same
+                raise
+        else:
+            os.mkdir(temporary)  # for TemporaryDirectory to remove
+
+
+def add_visuals(spec: mujoco.MjSpec) -> None:
+    """Add the robot's skin, a floor, lights and a camera to a scene; none of it has contacts."""
+    _add_robot_skin(spec)
+    _add_studio(spec)
+
+
+def _add_robot_skin(spec: mujoco.MjSpec) -> None:
+    for link in ET.parse(urdf_path()).getroot().findall("link"):
+        for visual in link.findall("visual"):
+            mesh = visual.find("geometry/mesh")
+            if mesh is None:
+                continue
+            origin = visual.find("origin")
+            rpy = [0.0] * 3 if origin is None else [float(v) for v in origin.get("rpy", "").split()]
+            quat = Rotation.from_euler("xyz", rpy).as_quat(scalar_first=True)
+            body = spec.body(link.get("name"))
+            for file, colour in converted_meshes(mesh_path(mesh.get("filename", ""))):
+                if spec.mesh(file.stem) is None:
+                    spec.add_mesh(
+                        name=file.stem, file=str(file), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+                    )
+                body.add_geom(
+                    type=mujoco.mjtGeom.mjGEOM_MESH,
+                    meshname=file.stem,
+                    quat=quat,
+                    rgba=[*colour, 1.0],
+                    contype=0,
+                    conaffinity=0,
+                    mass=0.0,
+                    group=VISUAL_GROUP,
+                )
+
+
+def _add_studio(spec: mujoco.MjSpec) -> None:
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.93, 0.95, 0.97],
+        rgb2=[0.72, 0.78, 0.84],
+        width=64,
+        height=384,
+    )
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[3.0, 3.0, 0.1],
+        pos=[0.0, 0.0, -0.45],
+        rgba=[0.80, 0.82, 0.84, 1.0],
+        contype=0,
+        conaffinity=0,
+    )
+    spec.worldbody.add_geom(
+        name="table",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[0.16, 0.16, 0.225],
+        pos=[-0.03, 0.0, -0.226],
+        rgba=[0.45, 0.47, 0.50, 1.0],
+        contype=0,
+        conaffinity=0,
+    )
+    spec.worldbody.add_light(
+        pos=[0.6, 1.2, 2.2], dir=[-0.1, -0.6, -1.0], diffuse=[0.65] * 3, specular=[0.1] * 3
+    )
+    spec.worldbody.add_light(
+        pos=[-0.8, -0.4, 1.8], dir=[0.6, 0.3, -1.0], diffuse=[0.25] * 3, castshadow=False
+    )
+    spec.visual.headlight.ambient = [0.35] * 3
+    spec.visual.headlight.diffuse = [0.25] * 3
+    spec.visual.quality.shadowsize = 4096
+    spec.visual.quality.offsamples = 8
+    spec.visual.map.znear = 0.01
+    for name, eye, target in (
+        ("front", (-0.35, 1.05, 0.85), (0.40, -0.05, 0.24)),
+        ("close", (0.05, 0.55, 0.55), (0.42, -0.08, 0.24)),
+        ("above", (0.40, 0.10, 1.30), (0.42, -0.05, 0.2)),
+    ):
+        back = np.subtract(eye, target) / np.linalg.norm(np.subtract(eye, target))
+        right = np.cross([0.0, 0.0, 1.0] if abs(back[2]) < 0.95 else [0.0, 1.0, 0.0], back)
+        right /= np.linalg.norm(right)
+        up = np.cross(back, right)
+        matrix = np.column_stack([right, up, back])
+        spec.worldbody.add_camera(
+            name=name,
+            pos=eye,
+            quat=Rotation.from_matrix(matrix).as_quat(scalar_first=True),
+            fovy=45.0,
+        )
