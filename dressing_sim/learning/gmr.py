@@ -18,10 +18,10 @@ Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), equations 4 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.em import Mixture
@@ -68,8 +68,8 @@ def to_world(mixture: Mixture, bases: FloatArray, origins: FloatArray) -> WorldM
 _PATH = ["einsum_path", (0, 1), (0, 1)]
 
 
-def _symmetric(matrices: FloatArray) -> FloatArray:
-    return 0.5 * (matrices + np.swapaxes(matrices, -1, -2))
+def _symmetric(matrices: NDArray[np.floating]) -> FloatArray:
+    return np.asarray(0.5 * (matrices + np.swapaxes(matrices, -1, -2)), dtype=np.float64)
 
 
 def product(world: WorldMixture) -> WorldMixture:
@@ -127,7 +127,7 @@ class Regression:
     ridge: FloatArray
     shared: bool
 
-    def arrays(self) -> tuple[object, ...]:
+    def arrays(self) -> tuple[Any, ...]:
         """The arguments of the compiled loops, in their order."""
         return (
             self.log_weights,

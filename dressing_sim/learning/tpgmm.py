@@ -1,4 +1,4 @@
-"""The task-parameterized Gaussian mixture model: demonstrations in, a regression for a situation out.
+"""The task-parameterized Gaussian mixture model: from demonstrations to a situation's regression.
 
 A path is seen from every frame as samples of one of two kinds (paper, section III):
 

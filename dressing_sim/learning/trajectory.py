@@ -19,6 +19,7 @@ from dressing_sim.learning.demonstrations import (
     duration,
 )
 from dressing_sim.learning.em import EMOptions, Initialisation
+from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, check_fusion
 from dressing_sim.learning.tpgmm import TPGMM
@@ -41,9 +42,12 @@ class TrajectoryTPGMM:
             variances in the positions' unit squared (False).
         samples: samples in a demonstration of mean duration, once resampled; it sets ``dt``.
         shared: one set of responsibilities for all frames when regressing frame by frame.
+        end_radius: the motion is over once its next step would lead away from the predicted end
+            (see ``endpoint``) and it is nearer to that end than this fraction of the mean
+            demonstrated length. 0 leaves only the rest criterion, as in the paper.
         rest_speed: the motion has come to rest once it is slower than this fraction of the mean
-            demonstrated speed for ``rest_count`` samples, in the second half of the shortest
-            demonstration's duration or later.
+            demonstrated speed for ``rest_count`` samples. Neither criterion is looked at before
+            half of the shortest demonstration's duration.
         rest_count: see ``rest_speed``.
         step_limit: the path has at most this many times the longest demonstration's samples.
         initialisation, options, rng: see ``TPGMM``.
@@ -52,6 +56,7 @@ class TrajectoryTPGMM:
         dt: time between the samples of a generated path in [s], once fitted.
         model: the fitted ``TPGMM``.
         max_samples: the step limit in samples, once fitted.
+        start_point, end_point: ``Endpoint`` models of where demonstrations start and end.
 
     Raises:
         InvalidInputError: a setting out of range.
@@ -61,12 +66,13 @@ class TrajectoryTPGMM:
         self,
         n_components: int = 4,
         *,
-        fusion: FusionOrder = "regression-then-product",
-        position_floor: float = 1e-3,
-        displacement_floor: float = 1e-6,
-        relative_floor: bool = False,
+        fusion: FusionOrder = "product-then-regression",
+        position_floor: float = 0.1,
+        displacement_floor: float = 0.1,
+        relative_floor: bool = True,
         samples: int = 200,
-        shared: bool = False,
+        shared: bool = True,
+        end_radius: float = 0.2,
         rest_speed: float = 0.02,
         rest_count: int = 5,
         step_limit: float = 2.0,
@@ -74,14 +80,15 @@ class TrajectoryTPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        if samples < 3 or rest_count < 1 or not (rest_speed >= 0 and step_limit >= 1):
+        if samples < 3 or rest_count < 1 or step_limit < 1 or min(rest_speed, end_radius) < 0:
             raise InvalidInputError(
-                "a trajectory policy needs samples >= 3, rest_count >= 1, rest_speed >= 0 and "
-                f"step_limit >= 1, not {samples}, {rest_count}, {rest_speed} and {step_limit}"
+                "a trajectory policy needs samples >= 3, rest_count >= 1, step_limit >= 1, "
+                "rest_speed >= 0 and end_radius >= 0"
             )
         self.fusion = check_fusion(fusion)
         self.samples = samples
         self.shared = shared
+        self.end_radius = end_radius
         self.rest_speed = rest_speed
         self.rest_count = rest_count
         self.step_limit = step_limit
@@ -99,6 +106,9 @@ class TrajectoryTPGMM:
         self._rest_from = 0
         self._mean_step = 0.0
         self._longest_step = 0.0
+        self._mean_length = 0.0
+        self.start_point: Endpoint | None = None
+        self.end_point: Endpoint | None = None
 
     def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
         """Learn from demonstrations of any lengths and sampling times; returns the policy itself.
@@ -116,6 +126,11 @@ class TrajectoryTPGMM:
         ]
         self._mean_step = float(np.mean([step.mean() for step in steps]))
         self._longest_step = float(max(step.max() for step in steps))
+        self._mean_length = float(
+            np.mean([step.sum() * d.dt / self.dt for step, d in zip(steps, checked, strict=True)])
+        )
+        self.start_point = Endpoint.of(checked, 0)
+        self.end_point = Endpoint.of(checked, -1)
         self.model.dt = self.dt
         self.model.fit(checked)
         return self
@@ -123,7 +138,7 @@ class TrajectoryTPGMM:
     def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:
         """A new policy learned from other demonstrations; this one stays as it is.
 
-        ``dt``, the step limit and the rest criterion are kept.
+        ``dt``, the step limit and what is known of the motion's start and end are kept.
 
         Args:
             demonstrations: with the same number of frames.
@@ -138,7 +153,8 @@ class TrajectoryTPGMM:
         """The motion for a situation, from exactly ``start``.
 
         No step is longer than the longest demonstrated one, so the path is finite whatever the
-        situation. It ends when the motion has come to rest, or after ``max_samples`` samples.
+        situation. It ends where the demonstrations end or when the motion has come to rest, and
+        after ``max_samples`` samples at the latest.
 
         Args:
             frames: P frames, as in the demonstrations.
@@ -154,20 +170,24 @@ class TrajectoryTPGMM:
         from dressing_sim.learning.kernels.regression import integrate
 
         regression = self.model.regression(frames, self.fusion, shared=self.shared)
+        end_point = self.end_point
+        assert end_point is not None
         origin = np.array(start, dtype=np.float64)
         if origin.shape != (frames[0].dimension,) or not np.isfinite(origin).all():
             raise InvalidInputError(
-                f"start must be {frames[0].dimension} finite coordinates, not {start}"
+                f"start must be {frames[0].dimension} finite coordinates, not {start!r}"
             )
-        return integrate(
-            origin,
+        arguments = (
             *regression.arrays(),
             self.max_samples - 1,
             self._rest_from,
             self._longest_step,
             self.rest_speed * self._mean_step,
             self.rest_count,
+            end_point.predict(frames),
+            self.end_radius * self._mean_length,
         )
+        return integrate(origin, *arguments)
 
     def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
         """The motion for a demonstration's own situation, from its own first position."""

@@ -170,7 +170,7 @@ def expectation_maximisation(
     ``data`` is (P, D, N), samples last. Returns the mean log-likelihood before each step, whether
     it converged, and whether every covariance stayed positive definite.
     """
-    n_frames, n_dims, n_samples = data.shape
+    n_samples = data.shape[2]
     n_components = priors.shape[0]
     whitening = np.empty_like(covariances)
     constants = np.empty(n_components)
@@ -204,7 +204,7 @@ def expectation_maximisation(
 def responsibilities(
     data: np.ndarray, priors: np.ndarray, means: np.ndarray, covariances: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Responsibilities (K, N) of samples (P, D, N), and the sum of their log-likelihoods (or NaN)."""
+    """Responsibilities (K, N) of samples (P, D, N), and their log-likelihood (NaN if singular)."""
     n_samples = data.shape[2]
     n_components = priors.shape[0]
     whitening = np.empty_like(covariances)

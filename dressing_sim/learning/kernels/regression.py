@@ -162,11 +162,14 @@ def integrate(
     longest_step: float,
     rest_step: float,
     rest_count: int,
+    end: np.ndarray,
+    end_radius: float,
 ) -> np.ndarray:
     """The path x_{t+1} = x_t + E[dx | x_t], no step longer than ``longest_step``.
 
-    It ends after ``rest_count`` steps in a row shorter than ``rest_step``, looked for from step
-    ``min_steps`` on, or after ``max_steps``.
+    It ends, from step ``min_steps`` on, before a step that leads away from ``end`` from within
+    ``end_radius`` of it, or after ``rest_count`` steps in a row shorter than ``rest_step``; else
+    after ``max_steps``.
     """
     n_frames, n_components, n_outputs = output_means.shape
     logs = np.empty((n_frames, n_components))
@@ -195,9 +198,16 @@ def integrate(
             covariance,
         )
         length = 0.0
+        distance = 0.0
+        away = 0.0
         for o in range(n_outputs):
+            offset = path[t, o] - end[o]
             length += step[o] ** 2
+            distance += offset**2
+            away += offset * step[o]
         length = np.sqrt(length)
+        if away > 0.0 and distance < end_radius**2 and t >= min_steps:
+            return path[: t + 1]
         scale = longest_step / length if length > longest_step else 1.0
         for o in range(n_outputs):
             path[t + 1, o] = path[t, o] + scale * step[o]

@@ -1,0 +1,49 @@
+"""Where demonstrations begin and end, as a function of the situation.
+
+The one-component, one-sample case of a TP-GMM: the points seen from each frame have a mean and a
+covariance there, and a situation's point is the mean of the product of the frames' Gaussians
+(paper, equations 4 and 5). A frame in which the points agree decides.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dressing_sim.learning.demonstrations import DemonstrationLike, check_demonstrations, in_frames
+from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
+
+FLOOR = 0.05  # of the paths' variance in the frame; keeps one or two demonstrations from ruling
+
+
+@dataclass(frozen=True, eq=False)
+class Endpoint:
+    """A task-parameterized point.
+
+    Attributes:
+        means: (P, p) in each frame's coordinates.
+        covariances: (P, p, p) in each frame's coordinates.
+    """
+
+    means: FloatArray
+    covariances: FloatArray
+
+    @classmethod
+    def of(cls, demonstrations: Sequence[DemonstrationLike], index: int) -> "Endpoint":
+        """The model of sample ``index`` of each demonstration: 0 for the start, -1 for the end."""
+        paths = [in_frames(d.positions, d.frames) for d in check_demonstrations(demonstrations)]
+        points = np.stack([path[:, index] for path in paths])
+        means = points.mean(axis=0)
+        centred = points - means
+        covariances = np.einsum("mpi,mpj->pij", centred, centred) / max(len(paths) - 1, 1)
+        spread = np.mean([path.var(axis=1).mean(axis=1) for path in paths], axis=0)
+        covariances += FLOOR * spread[:, None, None] * np.eye(means.shape[1])
+        return cls(means, covariances)
+
+    def predict(self, frames: Sequence[Frame]) -> FloatArray:
+        """The point (p,) in world coordinates for a situation."""
+        bases, origins = stack_frames(frames)
+        precisions = np.linalg.inv(bases @ self.covariances @ bases.transpose(0, 2, 1))
+        points = np.einsum("pij,pj->pi", bases, self.means) + origins
+        weighted = np.einsum("pij,pj->i", precisions, points)
+        return np.linalg.solve(precisions.sum(axis=0), weighted)
