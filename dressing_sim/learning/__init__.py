@@ -5,25 +5,57 @@ Demonstrations", IEEE Robotics and Automation Letters (2022). It needs numpy, sc
 the compiled loops are loaded on first use, so that the import is quick.
 """
 
+from dressing_sim.learning.augment import METHODS, Augmentation, Candidate, Method, augment
+from dressing_sim.learning.costs import dtw_cost, rms_cost
 from dressing_sim.learning.demonstrations import DemonstrationLike, SyntheticDemonstration
+from dressing_sim.learning.dtw import Warping, dtw, dtw_distance
 from dressing_sim.learning.em import EMOptions, EMRecord, Mixture
+from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import Frame, Situation
 from dressing_sim.learning.gmr import FUSION_ORDERS, FusionOrder
+from dressing_sim.learning.noise import add_white_noise, noise_deviation
 from dressing_sim.learning.policy import Policy
+from dressing_sim.learning.sampling import (
+    BoundsSampler,
+    FrameBounds,
+    SituationSampler,
+    euler_angles,
+    rotation,
+)
+from dressing_sim.learning.timed import TimeTPGMM
 from dressing_sim.learning.tpgmm import TPGMM
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
 __all__ = [
     "FUSION_ORDERS",
+    "METHODS",
     "TPGMM",
+    "Augmentation",
+    "BoundsSampler",
+    "Candidate",
     "DemonstrationLike",
     "EMOptions",
     "EMRecord",
+    "Endpoint",
     "Frame",
+    "FrameBounds",
     "FusionOrder",
+    "Method",
     "Mixture",
     "Policy",
     "Situation",
+    "SituationSampler",
     "SyntheticDemonstration",
+    "TimeTPGMM",
     "TrajectoryTPGMM",
+    "Warping",
+    "add_white_noise",
+    "augment",
+    "dtw",
+    "dtw_cost",
+    "dtw_distance",
+    "euler_angles",
+    "noise_deviation",
+    "rms_cost",
+    "rotation",
 ]

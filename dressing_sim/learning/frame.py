@@ -69,7 +69,8 @@ class Frame:
     def displacements_to_local(self, displacements: ArrayLike) -> FloatArray:
         """Differences of points (..., p) in world coordinates -> this frame."""
         values = np.asarray(displacements, dtype=np.float64)
-        return np.linalg.solve(self.A, values.reshape(-1, self.dimension).T).T.reshape(values.shape)
+        local: FloatArray = np.linalg.solve(self.A, values.reshape(-1, self.dimension).T).T
+        return local.reshape(values.shape)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Frame):

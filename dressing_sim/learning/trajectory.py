@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.costs import dtw_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
     SyntheticDemonstration,
@@ -195,3 +196,23 @@ class TrajectoryTPGMM:
         path = self.generate(frames, np.asarray(demonstration.positions)[0])
         assert self.dt is not None
         return SyntheticDemonstration(path, self.dt, frames)
+
+    def synthesise(self, frames: Sequence[Frame]) -> SyntheticDemonstration:
+        """The motion for a new situation as a demonstration, for Algorithm 1.
+
+        It starts where the demonstrations' starts predict it for that situation, never at a
+        demonstration's own start.
+        """
+        self.model.fitted()
+        assert self.start_point is not None
+        assert self.dt is not None
+        path = self.generate(frames, self.start_point.predict(frames))
+        return SyntheticDemonstration(path, self.dt, tuple(frames))
+
+    def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
+        """Reproduction cost: ``dtw_cost``, in the unit of the positions."""
+        checked = check_demonstrations(demonstrations)
+        return dtw_cost(
+            [self.reproduce(demonstration).positions for demonstration in checked],
+            [np.asarray(demonstration.positions) for demonstration in checked],
+        )

@@ -1,0 +1,236 @@
+"""Algorithm 1 of the paper: learning from few demonstrations and the synthetic ones that help.
+
+Each iteration makes one synthetic demonstration, retrains with it, and keeps it where the cost on
+the expert demonstrations falls (Zhu, Gienger and Kober 2022, Algorithm 1):
+
+* ``"noise"``: an expert demonstration, drawn at random, with white noise;
+* ``"rf"``: what the current policy does in a random new situation (random frames);
+* ``"rf+noise"``: the same with white noise.
+"""
+
+from collections.abc import Callable, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Literal, Protocol, Self, get_args
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.demonstrations import (
+    DemonstrationLike,
+    SyntheticDemonstration,
+    check_demonstrations,
+)
+from dressing_sim.learning.frame import Frame
+from dressing_sim.learning.noise import NoiseReference, add_white_noise
+from dressing_sim.learning.policy import Policy
+from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
+from dressing_sim.learning.trajectory import TrajectoryTPGMM
+
+Method = Literal["noise", "rf", "rf+noise"]
+METHODS: tuple[Method, ...] = get_args(Method)
+Termination = Literal["first", "both"]
+Retraining = Literal["warm", "cold"]
+
+PRINTED_LOOP_LIMIT = 20  # times max_iterations, see ``termination``
+
+
+class Augmentable(Policy, Protocol):
+    """What Algorithm 1 needs of a policy beyond ``fit`` and ``generate``."""
+
+    def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:
+        """A new policy learned from other demonstrations, warm-started from this one or not."""
+
+    def synthesise(self, frames: Sequence[Frame]) -> SyntheticDemonstration:
+        """The motion for a new situation, from where it should start there."""
+
+    def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
+        """Reproduction cost J: how far the policy is from these demonstrations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One iteration of Algorithm 1.
+
+    Attributes:
+        iteration: counted from 1.
+        demonstration: the synthetic demonstration that was tried; None where making it failed.
+        cost: cost after retraining with it; infinite where that failed.
+        accepted: whether the cost fell, and the demonstration stayed.
+        n_demonstrations: number of demonstrations in the training set after the decision.
+        policy: the policy retrained with it, where it was accepted.
+        fault: why making it or retraining with it failed, where that was so.
+    """
+
+    iteration: int
+    demonstration: SyntheticDemonstration | None
+    cost: float
+    accepted: bool
+    n_demonstrations: int
+    policy: Augmentable | None = None
+    fault: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Augmentation:
+    """What Algorithm 1 gives back.
+
+    Attributes:
+        initial_policy: learned from the expert demonstrations alone.
+        initial_cost: its cost by the criterion of selection.
+        policy: the final policy.
+        cost: its cost by the criterion of selection.
+        demonstrations: the final training set, the expert demonstrations first.
+        history: every candidate, in order.
+    """
+
+    initial_policy: Augmentable
+    initial_cost: float
+    policy: Augmentable
+    cost: float
+    demonstrations: tuple[DemonstrationLike, ...]
+    history: tuple[Candidate, ...]
+
+    @property
+    def accepted(self) -> tuple[Candidate, ...]:
+        """The candidates that were kept."""
+        return tuple(candidate for candidate in self.history if candidate.accepted)
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """The choices of a run, checked."""
+
+    method: Method
+    max_demonstrations: int
+    max_iterations: int
+    snr_db: float
+    noise_reference: NoiseReference
+    termination: Termination
+    retrain: Retraining
+
+    def __post_init__(self) -> None:
+        choices = (
+            ("method", self.method, METHODS),
+            ("noise_reference", self.noise_reference, get_args(NoiseReference)),
+            ("termination", self.termination, get_args(Termination)),
+            ("retrain", self.retrain, get_args(Retraining)),
+        )
+        for name, value, valid in choices:
+            if value not in valid:
+                raise InvalidInputError(f"{name} must be one of {', '.join(valid)}, not {value!r}")
+        if self.max_iterations < 0:
+            raise InvalidInputError(f"max_iterations must be >= 0, not {self.max_iterations}")
+
+    def goes_on(self, n_demonstrations: int, iteration: int) -> bool:
+        if self.termination == "first":
+            return n_demonstrations < self.max_demonstrations and iteration < self.max_iterations
+        if iteration >= PRINTED_LOOP_LIMIT * self.max_iterations:
+            return False
+        return n_demonstrations < self.max_demonstrations or iteration < self.max_iterations
+
+
+def augment(
+    demonstrations: Sequence[DemonstrationLike],
+    *,
+    rng: np.random.Generator,
+    method: Method = "rf",
+    policy: Augmentable | None = None,
+    sampler: SituationSampler | None = None,
+    max_demonstrations: int = 7,
+    max_iterations: int = 100,
+    validation: Sequence[DemonstrationLike] | None = None,
+    snr_db: float = 30.0,
+    noise_reference: NoiseReference = "centred",
+    termination: Termination = "first",
+    retrain: Retraining = "warm",
+    on_iteration: Callable[[Candidate], None] | None = None,
+) -> Augmentation:
+    """Run Algorithm 1.
+
+    Args:
+        demonstrations: the expert ones; the paper asks for two at least.
+        rng: where all randomness comes from; the same state gives the same result, bit for bit.
+        method: how synthetic demonstrations are made.
+        policy: what is learned; it is copied, not changed. ``TrajectoryTPGMM()`` by default.
+        sampler: draws the new situations; by default ``BoundsSampler.around(demonstrations)``.
+        max_demonstrations: M, the size of the training set at which the loop may end.
+        max_iterations: L, the number of candidates at which the loop may end.
+        validation: with None, the cost is that on the expert demonstrations (the paper's original
+            selection); with demonstrations of their own, the cost is that on them (generalisation
+            selection).
+        snr_db: signal-to-noise ratio of the white noise in [dB].
+        noise_reference: the signal that the ratio refers to, see ``noise_deviation``.
+        termination: ``"first"`` ends at M or at L, whichever comes first (the paper's text and the
+            authors' code). ``"both"`` ends once both are reached, as Algorithm 1 is printed; it
+            then gives up after 20 L iterations, for nothing else would end it where no candidate
+            is accepted.
+        retrain: ``"warm"`` starts expectation-maximisation from the current model, ``"cold"`` from
+            its initialisation.
+        on_iteration: called with each candidate as it is decided, for progress.
+
+    Raises:
+        InvalidInputError: a setting out of range, or demonstrations that cannot be learned from.
+    """
+    settings = _Settings(
+        method,
+        max_demonstrations,
+        max_iterations,
+        snr_db,
+        noise_reference,
+        termination,
+        retrain,
+    )
+    experts = check_demonstrations(demonstrations)
+    criterion = experts if validation is None else check_demonstrations(validation)
+    source = sampler if sampler is not None else BoundsSampler.around(experts)
+    initial = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
+    current: Augmentable = initial.fit(experts)
+    cost = initial_cost = current.cost(criterion)
+    training: tuple[DemonstrationLike, ...] = experts
+    history: list[Candidate] = []
+    while settings.goes_on(len(training), len(history)):
+        synthetic: SyntheticDemonstration | None = None
+        retrained, new_cost, fault = current, np.inf, None
+        try:
+            synthetic = _synthetic(experts, current, source, settings, rng)
+            retrained = current.refit((*training, synthetic), warm=retrain == "warm")
+            new_cost = retrained.cost(criterion)
+        except InvalidInputError as error:
+            fault = str(error)
+        accepted = bool(new_cost < cost)
+        if accepted:
+            assert synthetic is not None
+            training, current, cost = (*training, synthetic), retrained, new_cost
+        candidate = Candidate(
+            iteration=len(history) + 1,
+            demonstration=synthetic,
+            cost=new_cost,
+            accepted=accepted,
+            n_demonstrations=len(training),
+            policy=retrained if accepted else None,
+            fault=fault,
+        )
+        history.append(candidate)
+        if on_iteration is not None:
+            on_iteration(candidate)
+    return Augmentation(initial, initial_cost, current, cost, training, tuple(history))
+
+
+def _synthetic(
+    experts: Sequence[DemonstrationLike],
+    policy: Augmentable,
+    sampler: SituationSampler,
+    settings: _Settings,
+    rng: np.random.Generator,
+) -> SyntheticDemonstration:
+    """One synthetic demonstration, by the method of the settings."""
+    if settings.method == "noise":
+        expert = experts[int(rng.integers(len(experts)))]
+        made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, tuple(expert.frames))
+    else:
+        made = policy.synthesise(sampler.sample(rng))
+    if settings.method == "rf":
+        return made
+    noisy = add_white_noise(made.positions, settings.snr_db, rng, settings.noise_reference)
+    return SyntheticDemonstration(noisy, made.dt, made.frames)

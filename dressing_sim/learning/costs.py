@@ -1,0 +1,62 @@
+"""How far reproductions are from what was demonstrated: the cost J of Algorithm 1."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.dtw import dtw_distance
+from dressing_sim.learning.frame import FloatArray
+
+
+def rms_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]) -> float:
+    """Cost of a time-based model: mean over the demonstrations of sqrt(sum_t ||y_t - xi_t||^2).
+
+    Not divided by the number of samples: that is how the paper's Table I was computed, where
+    equation 8 prints (1 / mu) sum_i sqrt(||y_i - xi_i||).
+
+    Args:
+        reproductions: paths y, each of the shape (T, p) of its counterpart.
+        demonstrated: paths xi.
+
+    Returns:
+        The cost, in the unit of the positions.
+
+    Raises:
+        InvalidInputError: no path, or shapes that differ.
+    """
+    _check(reproductions, demonstrated)
+    errors = []
+    for index, (path, expert) in enumerate(zip(reproductions, demonstrated, strict=True)):
+        if path.shape != expert.shape:
+            raise InvalidInputError(
+                f"reproduction {index} has the shape {path.shape}, its demonstration {expert.shape}"
+            )
+        errors.append(np.linalg.norm(path - expert))
+    return float(np.mean(errors))
+
+
+def dtw_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]) -> float:
+    """Cost of a trajectory-based model: mean normalised warping distance (paper, equation 12).
+
+    Args:
+        reproductions: paths (N_i, p).
+        demonstrated: paths (M_i, p), of any lengths.
+
+    Returns:
+        The cost, in the unit of the positions.
+
+    Raises:
+        InvalidInputError: no path, or paths that cannot be warped.
+    """
+    _check(reproductions, demonstrated)
+    pairs = zip(reproductions, demonstrated, strict=True)
+    return float(np.mean([dtw_distance(path, expert) for path, expert in pairs]))
+
+
+def _check(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]) -> None:
+    if not demonstrated or len(reproductions) != len(demonstrated):
+        raise InvalidInputError(
+            f"a cost needs one reproduction a demonstration and at least one, "
+            f"not {len(reproductions)} and {len(demonstrated)}"
+        )

@@ -1,0 +1,68 @@
+"""Dynamic time warping, normalised: comparable between paths of any two lengths.
+
+Step pattern symmetric2, with the Euclidean distance d between samples:
+
+    g(0, 0) = d(0, 0),
+    g(i, j) = min(g(i-1, j-1) + 2 d(i, j), g(i, j-1) + d(i, j), g(i-1, j) + d(i, j)),
+    D(x, y) = g(N-1, M-1) / (N + M).
+
+Source: Giorgino (2009), "Computing and visualizing dynamic time warping alignments in R: the dtw
+package", Journal of Statistical Software 31(7), doi:10.18637/jss.v031.i07; that is the default
+there, and the distance of Zhu, Gienger and Kober (2022), equation 10.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.frame import FloatArray
+
+
+class Warping(NamedTuple):
+    """The best alignment of two paths.
+
+    Attributes:
+        distance: D(x, y), in the unit of the positions.
+        path: (L, 2) pairs of indices into x and y, from (0, 0) to (N-1, M-1).
+    """
+
+    distance: float
+    path: NDArray[np.int64]
+
+
+def dtw_distance(x: ArrayLike, y: ArrayLike) -> float:
+    """Normalised warping distance D(x, y) of two paths (N, p) and (M, p), in their unit.
+
+    Raises:
+        InvalidInputError: an empty path, different p, or values that are not finite.
+    """
+    from dressing_sim.learning.kernels.warping import total_cost
+
+    a, b = _paths(x, y)
+    return float(total_cost(a, np.ascontiguousarray(b.T))) / (len(a) + len(b))
+
+
+def dtw(x: ArrayLike, y: ArrayLike) -> Warping:
+    """Distance as in ``dtw_distance``, with the warping path.
+
+    Among equally good steps the path takes the diagonal one first, then the one along y.
+    """
+    from dressing_sim.learning.kernels.warping import warp
+
+    a, b = _paths(x, y)
+    total, path = warp(a, np.ascontiguousarray(b.T))
+    return Warping(float(total) / (len(a) + len(b)), path)
+
+
+def _paths(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    a = np.ascontiguousarray(x, dtype=np.float64)
+    b = np.ascontiguousarray(y, dtype=np.float64)
+    if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1] or not (a.size and b.size):
+        raise InvalidInputError(
+            f"dtw needs two paths of shape (N, p) and (M, p), not {a.shape} and {b.shape}"
+        )
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise InvalidInputError("dtw needs paths that are finite")
+    return a, b

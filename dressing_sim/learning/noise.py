@@ -1,0 +1,49 @@
+"""White noise of a given signal-to-noise ratio."""
+
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.frame import FloatArray
+
+NoiseReference = Literal["centred", "world"]
+
+
+def noise_deviation(positions: ArrayLike, snr_db: float, reference: NoiseReference) -> float:
+    """Standard deviation of the noise that has ``snr_db`` decibels against a path (T, p).
+
+    sd^2 = P / 10^(snr / 10), P the power of the signal: its mean square over samples and
+    coordinates.
+
+    Args:
+        positions: (T, p) in world coordinates.
+        snr_db: signal-to-noise ratio in [dB]; infinity for no noise.
+        reference: which signal. ``"centred"``: the positions less their mean over the path, which
+            no shift or rotation of the world changes. ``"world"``: the positions themselves, so
+            that the offset from the world's origin counts, as in the authors' code.
+
+    Raises:
+        InvalidInputError: another reference, or a ratio that is not a number.
+    """
+    if reference not in get_args(NoiseReference):
+        raise InvalidInputError(f"noise reference must be 'centred' or 'world', not {reference!r}")
+    if np.isnan(snr_db):
+        raise InvalidInputError("the signal-to-noise ratio must be a number of decibels")
+    signal = np.asarray(positions, dtype=np.float64)
+    if reference == "centred":
+        signal = signal - signal.mean(axis=0)
+    return float(np.sqrt(np.mean(signal**2) / 10.0 ** (snr_db / 10.0)))
+
+
+def add_white_noise(
+    positions: ArrayLike,
+    snr_db: float,
+    rng: np.random.Generator,
+    reference: NoiseReference = "centred",
+) -> FloatArray:
+    """A path (T, p) with Gaussian noise on every coordinate, see ``noise_deviation``."""
+    signal = np.asarray(positions, dtype=np.float64)
+    deviation = noise_deviation(signal, snr_db, reference)
+    return signal + deviation * rng.standard_normal(signal.shape)

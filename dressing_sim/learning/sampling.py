@@ -1,0 +1,161 @@
+"""Random new situations for Algorithm 1: bounds of orientation and translation, and samplers.
+
+Orientations are bounded in Euler angles and translations by coordinate (paper, equations 13, 14).
+In three dimensions R = Rz(gamma) Ry(beta) Rx(alpha), the angles (alpha, beta, gamma) about the
+fixed x, y and z axes; in two there is one angle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.demonstrations import DemonstrationLike, check_demonstrations
+from dressing_sim.learning.frame import FloatArray, Frame, Situation
+
+
+@runtime_checkable
+class SituationSampler(Protocol):
+    """Draws situations. A task that knows its kinematics (an arm's joints, say) brings its own."""
+
+    def sample(self, rng: np.random.Generator) -> Situation:
+        """A random situation; the same generator state gives the same one."""
+
+
+def rotation(angles: ArrayLike) -> FloatArray:
+    """Rotation matrix of one angle (2 x 2) or of three Euler angles (3 x 3), in [rad]."""
+    values = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    cosines, sines = np.cos(values), np.sin(values)
+    if values.shape == (1,):
+        return np.array([[cosines[0], -sines[0]], [sines[0], cosines[0]]])
+    if values.shape != (3,):
+        raise InvalidInputError(f"a rotation has 1 or 3 angles, not {values.shape}")
+    (ca, cb, cg), (sa, sb, sg) = cosines, sines
+    return np.array(
+        [
+            [cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa],
+            [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
+            [-sb, cb * sa, cb * ca],
+        ]
+    )
+
+
+def euler_angles(matrix: ArrayLike) -> FloatArray:
+    """Angles of a rotation matrix, the inverse of ``rotation``: (1,) or (3,), in [rad]."""
+    r = np.asarray(matrix, dtype=np.float64)
+    if r.shape == (2, 2):
+        return np.array([np.arctan2(r[1, 0], r[0, 0])])
+    if r.shape != (3, 3):
+        raise InvalidInputError(f"a rotation is 2 x 2 or 3 x 3, not {r.shape}")
+    return np.array(
+        [
+            np.arctan2(r[2, 1], r[2, 2]),
+            np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])),
+            np.arctan2(r[1, 0], r[0, 0]),
+        ]
+    )
+
+
+def _bounds(low: ArrayLike, high: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
+    a = np.atleast_1d(np.asarray(low, dtype=np.float64))
+    b = np.atleast_1d(np.asarray(high, dtype=np.float64))
+    if a.shape != b.shape or not (np.isfinite(a).all() and np.isfinite(b).all() and (a <= b).all()):
+        raise InvalidInputError(
+            f"the bounds of the {name} must be finite and low <= high, not {low!r} to {high!r}"
+        )
+    return a, b
+
+
+@dataclass(frozen=True, eq=False)
+class FrameBounds:
+    """Where one frame may be: A = R(angles) base, b in a box; all uniform and independent.
+
+    Attributes:
+        base: (p, p) basis at zero angles; it carries a scale or a reflection, if any.
+        angles: lowest and highest angles in [rad], each (1,) for p = 2 or (3,) for p = 3.
+        translation: lowest and highest b, each (p,).
+    """
+
+    base: FloatArray
+    angles: tuple[FloatArray, FloatArray]
+    translation: tuple[FloatArray, FloatArray]
+
+    def __post_init__(self) -> None:
+        angles = _bounds(*self.angles, "angles")
+        translation = _bounds(*self.translation, "translation")
+        frame = Frame(self.base, translation[0])
+        if angles[0].size != {2: 1, 3: 3}.get(frame.dimension):
+            raise InvalidInputError("a frame has one angle in two dimensions, three in three")
+        object.__setattr__(self, "base", frame.A)
+        object.__setattr__(self, "angles", angles)
+        object.__setattr__(self, "translation", translation)
+
+    @classmethod
+    def fixed(cls, frame: Frame) -> Self:
+        """Bounds that hold one frame only."""
+        zero = np.zeros({2: 1, 3: 3}.get(frame.dimension, 0))
+        return cls(frame.A, (zero, zero), (frame.b, frame.b))
+
+    def sample(self, rng: np.random.Generator) -> Frame:
+        """A frame, uniform within the bounds."""
+        translation = rng.uniform(*self.translation)
+        return Frame(rotation(rng.uniform(*self.angles)) @ self.base, translation)
+
+
+@dataclass(frozen=True)
+class BoundsSampler:
+    """Every frame drawn from its own bounds, independently of the others.
+
+    Attributes:
+        bounds: one for each frame of the situation.
+    """
+
+    bounds: tuple[FrameBounds, ...]
+
+    def sample(self, rng: np.random.Generator) -> Situation:
+        """A situation, each frame uniform within its bounds."""
+        return tuple(bounds.sample(rng) for bounds in self.bounds)
+
+    @classmethod
+    def around(
+        cls,
+        demonstrations: Sequence[DemonstrationLike],
+        angle_margin: float = np.deg2rad(10.0),
+        translation_margin: float = 0.25,
+    ) -> Self:
+        """Bounds that just hold the demonstrated frames, and a margin.
+
+        The angles are those of the rotation from the first demonstration's frame, so that they
+        stay clear of the wrap at 180 degrees. The margins are choices of this library.
+
+        Args:
+            demonstrations: at least one.
+            angle_margin: added on both sides of each angle that varies, in [rad].
+            translation_margin: added on both sides, as a fraction of each coordinate's range.
+        """
+        situations = [d.frames for d in check_demonstrations(demonstrations)]
+        bounds = []
+        for views in zip(*situations, strict=True):
+            base = views[0].A
+            angles = np.array([euler_angles(_nearest_rotation(base, view.A)) for view in views])
+            margin = np.where(np.ptp(angles, axis=0) > 1e-9, angle_margin, 0.0)
+            origins = np.array([view.b for view in views])
+            slack = translation_margin * np.ptp(origins, axis=0)
+            bounds.append(
+                FrameBounds(
+                    base,
+                    (angles.min(axis=0) - margin, angles.max(axis=0) + margin),
+                    (origins.min(axis=0) - slack, origins.max(axis=0) + slack),
+                )
+            )
+        return cls(tuple(bounds))
+
+
+def _nearest_rotation(base: FloatArray, other: FloatArray) -> FloatArray:
+    """The rotation R for which R base is nearest to ``other`` (orthogonal Procrustes)."""
+    u, _, vt = np.linalg.svd(other @ base.T)
+    u[:, -1] *= np.sign(np.linalg.det(u @ vt))
+    return u @ vt

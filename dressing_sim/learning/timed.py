@@ -1,0 +1,169 @@
+"""The paper's planar policy: a time-based TP-GMM."""
+
+from collections.abc import Sequence
+from copy import copy
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.costs import rms_cost
+from dressing_sim.learning.demonstrations import (
+    DemonstrationLike,
+    SyntheticDemonstration,
+    check_demonstrations,
+    duration,
+)
+from dressing_sim.learning.em import EMOptions, Initialisation
+from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.gmr import FusionOrder, check_fusion
+from dressing_sim.learning.tpgmm import TPGMM
+
+
+class TimeTPGMM:
+    """Time-based TP-GMM policy: positions as a function of time (paper, sections III and V).
+
+    The defaults are the settings behind the paper's Table I.
+
+    Args:
+        n_components: K.
+        fusion: ``"regression-then-product"`` or ``"product-then-regression"``, see ``gmr``.
+        floor: added to every variance at every step of the fit; see ``TPGMM``.
+        relative_floor: whether ``floor`` is a fraction of the data's variance.
+        time_scale: factor on time, which sets how time weighs against position.
+        ridge: added to the conditional variances before the product over frames.
+        blend: the share of the duration over which a path bends from a given start into the
+            regression.
+        initialisation, options, rng: see ``TPGMM``.
+
+    Attributes:
+        dt: time between the samples of a generated path in [s], the shortest of the
+            demonstrations', once fitted.
+        model: the fitted ``TPGMM``.
+        duration: mean duration of the demonstrations in [s], once fitted.
+    """
+
+    def __init__(
+        self,
+        n_components: int = 8,
+        *,
+        fusion: FusionOrder = "regression-then-product",
+        floor: float | tuple[float, float] = 1e-4,
+        relative_floor: bool = False,
+        time_scale: float = 0.1,
+        ridge: float = 1e-4,
+        blend: float = 0.25,
+        initialisation: Initialisation = "time-bins",
+        options: EMOptions | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        if not (ridge >= 0 and 0 < blend <= 1):
+            raise InvalidInputError(
+                f"a time-based policy needs ridge >= 0 and 0 < blend <= 1, not {ridge} and {blend}"
+            )
+        self.fusion = check_fusion(fusion)
+        self.ridge = ridge
+        self.blend = blend
+        self.model = TPGMM(
+            n_components,
+            encoding="time",
+            floor=floor,
+            relative_floor=relative_floor,
+            time_scale=time_scale,
+            initialisation=initialisation,
+            options=options,
+            rng=rng,
+        )
+        self.dt: float | None = None
+        self.duration = 0.0
+
+    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
+        """Learn from demonstrations of any lengths and sampling times; returns the policy itself.
+
+        Raises:
+            InvalidInputError: demonstrations that cannot be learned from.
+        """
+        checked = check_demonstrations(demonstrations)
+        self.model.fit(checked)
+        self.dt = min(float(demonstration.dt) for demonstration in checked)
+        self.duration = float(np.mean([duration(demonstration) for demonstration in checked]))
+        return self
+
+    def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:
+        """A new policy learned from other demonstrations; this one stays as it is.
+
+        Args:
+            demonstrations: with the same number of frames.
+            warm: whether expectation-maximisation starts from this policy's mixture.
+        """
+        other = copy(self)
+        other.model = copy(self.model)
+        other.model.fit(demonstrations, self.model.fitted() if warm else None)
+        return other
+
+    def at_times(self, frames: Sequence[Frame], times: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Mean positions (T, p) and covariances (T, p, p) in world coordinates.
+
+        Args:
+            frames: the situation.
+            times: (T,) since the start in [s].
+        """
+        regression = self.model.regression(frames, self.fusion, self.ridge)
+        return regression(np.asarray(times, dtype=np.float64)[:, None] * self.model.time_scale)
+
+    def generate(self, frames: Sequence[Frame], start: ArrayLike | None = None) -> FloatArray:
+        """The motion for a situation, of the demonstrations' mean duration.
+
+        Time alone does not know where the robot is. With ``start``, the path begins exactly there
+        and the offset to the regression fades by a minimum-jerk blend over the first ``blend`` of
+        the duration (a choice of this library); with None it is the regression itself, which is
+        what the paper's costs are computed from.
+
+        Args:
+            frames: P frames, as in the demonstrations.
+            start: position (p,) in world coordinates, or None.
+
+        Returns:
+            Positions (T, p) in world coordinates, ``dt`` apart.
+
+        Raises:
+            InvalidInputError: not fitted, other frames than learned from, or a start that is not
+                finite.
+        """
+        self.model.fitted()
+        assert self.dt is not None
+        times = np.arange(round(self.duration / self.dt) + 1) * self.dt
+        path, _ = self.at_times(frames, times)
+        if start is None:
+            return path
+        origin = np.asarray(start, dtype=np.float64)
+        if origin.shape != path.shape[1:] or not np.isfinite(origin).all():
+            raise InvalidInputError(
+                f"start must be {path.shape[1]} finite coordinates, not {start!r}"
+            )
+        phase = np.minimum(times / (self.blend * self.duration), 1.0)
+        fade = 1.0 - phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)
+        blended = path + fade[:, None] * (origin - path[0])
+        blended[0] = origin
+        return blended
+
+    def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
+        """The regression in a demonstration's own situation, at its own sample times."""
+        times = np.arange(len(demonstration.positions)) * demonstration.dt
+        path, _ = self.at_times(demonstration.frames, times)
+        return SyntheticDemonstration(path, demonstration.dt, tuple(demonstration.frames))
+
+    def synthesise(self, frames: Sequence[Frame]) -> SyntheticDemonstration:
+        """The motion for a new situation as a demonstration, for Algorithm 1."""
+        path = self.generate(frames)
+        assert self.dt is not None
+        return SyntheticDemonstration(path, self.dt, tuple(frames))
+
+    def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
+        """Reproduction cost: ``rms_cost``, in the unit of the positions."""
+        checked = check_demonstrations(demonstrations)
+        return rms_cost(
+            [self.reproduce(demonstration).positions for demonstration in checked],
+            [np.asarray(demonstration.positions) for demonstration in checked],
+        )
