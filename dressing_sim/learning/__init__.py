@@ -6,6 +6,12 @@ the compiled loops are loaded on first use, so that the import is quick.
 """
 
 from dressing_sim.learning.augment import METHODS, Augmentation, Candidate, Method, augment
+from dressing_sim.learning.components import (
+    bic,
+    choose_by_bic,
+    choose_by_dirichlet_process,
+    n_parameters,
+)
 from dressing_sim.learning.costs import dtw_cost, rms_cost
 from dressing_sim.learning.demonstrations import DemonstrationLike, SyntheticDemonstration
 from dressing_sim.learning.dtw import Warping, dtw, dtw_distance
@@ -22,6 +28,7 @@ from dressing_sim.learning.sampling import (
     euler_angles,
     rotation,
 )
+from dressing_sim.learning.storage import load_model, save_model
 from dressing_sim.learning.timed import TimeTPGMM
 from dressing_sim.learning.tpgmm import TPGMM
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
@@ -51,11 +58,17 @@ __all__ = [
     "Warping",
     "add_white_noise",
     "augment",
+    "bic",
+    "choose_by_bic",
+    "choose_by_dirichlet_process",
     "dtw",
     "dtw_cost",
     "dtw_distance",
     "euler_angles",
+    "load_model",
+    "n_parameters",
     "noise_deviation",
     "rms_cost",
     "rotation",
+    "save_model",
 ]

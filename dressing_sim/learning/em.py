@@ -51,6 +51,14 @@ class Mixture:
         """D"""
         return self.means.shape[2]
 
+    def check(self) -> None:
+        """Raise ``InvalidInputError`` unless shapes agree and all is finite."""
+        k, p, d = self.means.shape
+        if self.priors.shape != (k,) or self.covariances.shape != (k, p, d, d):
+            raise InvalidInputError("a mixture's priors, means and covariances do not match")
+        if not all(np.isfinite(a).all() for a in (self.priors, self.means, self.covariances)):
+            raise InvalidInputError("a mixture's parameters must be finite")
+
 
 @dataclass(frozen=True)
 class EMOptions:

@@ -69,8 +69,8 @@ class Frame:
     def displacements_to_local(self, displacements: ArrayLike) -> FloatArray:
         """Differences of points (..., p) in world coordinates -> this frame."""
         values = np.asarray(displacements, dtype=np.float64)
-        local: FloatArray = np.linalg.solve(self.A, values.reshape(-1, self.dimension).T).T
-        return local.reshape(values.shape)
+        flat = np.linalg.solve(self.A, values.reshape(-1, self.dimension).T).T
+        return np.asarray(flat, dtype=np.float64).reshape(values.shape)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Frame):

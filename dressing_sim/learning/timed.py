@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,3 +167,26 @@ class TimeTPGMM:
             [self.reproduce(demonstration).positions for demonstration in checked],
             [np.asarray(demonstration.positions) for demonstration in checked],
         )
+
+    def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
+        """Settings and arrays for ``storage``."""
+        model, arrays = self.model.state()
+        settings = {
+            "model": model,
+            "fusion": self.fusion,
+            "ridge": self.ridge,
+            "blend": self.blend,
+            "dt": self.dt,
+            "duration": self.duration,
+        }
+        return settings, arrays
+
+    @classmethod
+    def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
+        """The policy that ``state`` came from."""
+        names = ("fusion", "ridge", "blend")
+        policy = cls(**{name: settings[name] for name in names})
+        policy.model = TPGMM.from_state(settings["model"], arrays)
+        policy.dt = settings["dt"]
+        policy.duration = settings["duration"]
+        return policy

@@ -7,7 +7,8 @@ A path is seen from every frame as samples of one of two kinds (paper, section I
 """
 
 from collections.abc import Sequence
-from typing import Literal, Self, get_args
+from dataclasses import asdict
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
@@ -75,8 +76,6 @@ class TPGMM:
             raise InvalidInputError(
                 f"initialisation must be 'time-bins' or 'k-means', not {initialisation!r}"
             )
-        if initialisation == "k-means" and rng is None:
-            raise InvalidInputError("k-means needs a random generator: pass rng=")
         if not (time_scale > 0 and (dt is None or dt > 0)):
             raise InvalidInputError("time_scale and dt must be > 0")
         self.n_components = n_components
@@ -136,15 +135,15 @@ class TPGMM:
                 components need, or a covariance that became singular.
         """
         data, lengths = self.samples(demonstrations)
-        n_inputs = self._n_inputs(data.shape[1])
-        blocks = (n_inputs, data.shape[1] - n_inputs)
+        blocks = self.blocks(data.shape[1])
         floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor)
         if warm_start is not None:
             if warm_start.means.shape != (self.n_components, *data.shape[:2]):
                 raise InvalidInputError("the warm start has other components, frames or dimensions")
             initial = warm_start
         elif self.initialisation == "k-means":
-            assert self.rng is not None
+            if self.rng is None:
+                raise InvalidInputError("k-means needs a random generator: pass rng=")
             initial = em.initialise_by_k_means(data, self.n_components, floor, self.rng)
         else:
             initial = em.initialise_by_time(data, lengths, self.n_components, floor)
@@ -153,8 +152,10 @@ class TPGMM:
             self.step_time = self._step_time(tuple(demonstrations))
         return self
 
-    def _n_inputs(self, n_dims: int) -> int:
-        return 1 if self.encoding == "time" else n_dims // 2
+    def blocks(self, n_dims: int) -> tuple[int, int]:
+        """Number of input and of output coordinates among ``n_dims``."""
+        n_inputs = 1 if self.encoding == "time" else n_dims // 2
+        return n_inputs, n_dims - n_inputs
 
     def fitted(self) -> Mixture:
         """The mixture.
@@ -191,8 +192,7 @@ class TPGMM:
             InvalidInputError: not fitted, or another number or dimension of frames.
         """
         mixture = self.fitted()
-        n_inputs = self._n_inputs(mixture.n_dims)
-        dimension = mixture.n_dims - n_inputs
+        n_inputs, dimension = self.blocks(mixture.n_dims)
         if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
             raise InvalidInputError(
                 f"the situation needs {mixture.n_frames} frames of dimension {dimension}, "
@@ -207,6 +207,44 @@ class TPGMM:
         local = bases[:, -dimension:, -dimension:]
         ridges = ridge * local @ local.transpose(0, 2, 1)
         return prepare_regression(world, n_inputs, ridges, shared)
+
+    def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
+        """Settings and arrays for ``storage``."""
+        mixture = self.fitted()
+        assert self.record is not None
+        settings = {
+            "n_components": self.n_components,
+            "encoding": self.encoding,
+            "floor": list(self.floor),
+            "relative_floor": self.relative_floor,
+            "dt": self.dt,
+            "time_scale": self.time_scale,
+            "initialisation": self.initialisation,
+            "options": asdict(self.options),
+            "step_time": self.step_time,
+            "converged": self.record.converged,
+        }
+        arrays = {
+            "priors": mixture.priors,
+            "means": mixture.means,
+            "covariances": mixture.covariances,
+            "log_likelihoods": self.record.log_likelihoods,
+        }
+        return settings, arrays
+
+    @classmethod
+    def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
+        """The model that ``state`` came from."""
+        fields = dict(settings)
+        step_time, converged = fields.pop("step_time"), bool(fields.pop("converged"))
+        fields["floor"] = tuple(fields["floor"])
+        fields["options"] = EMOptions(**fields["options"])
+        model = cls(fields.pop("n_components"), **fields)
+        model.mixture = Mixture(arrays["priors"], arrays["means"], arrays["covariances"])
+        model.mixture.check()
+        model.record = EMRecord(arrays["log_likelihoods"], converged)
+        model.step_time = step_time
+        return model
 
 
 def _trajectory_samples(demonstration: DemonstrationLike, step_time: float) -> FloatArray:

@@ -6,7 +6,7 @@ is x_{t+1} = x_t + E[dx | x_t] (Zhu, Gienger and Kober 2022, section V).
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,17 @@ from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, check_fusion
 from dressing_sim.learning.tpgmm import TPGMM
+
+_SETTINGS = (
+    "fusion",
+    "samples",
+    "shared",
+    "end_radius",
+    "rest_speed",
+    "rest_count",
+    "step_limit",
+)
+_LEARNED = ("dt", "max_samples", "_rest_from", "_mean_step", "_longest_step", "_mean_length")
 
 
 class TrajectoryTPGMM:
@@ -216,3 +227,32 @@ class TrajectoryTPGMM:
             [self.reproduce(demonstration).positions for demonstration in checked],
             [np.asarray(demonstration.positions) for demonstration in checked],
         )
+
+    def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
+        """Settings and arrays for ``storage``."""
+        model, arrays = self.model.state()
+        assert self.start_point is not None
+        assert self.end_point is not None
+        settings = {
+            "model": model,
+            "settings": {name: getattr(self, name) for name in _SETTINGS},
+            "learned": {name: getattr(self, name) for name in _LEARNED},
+        }
+        points = {
+            "start_means": self.start_point.means,
+            "start_covariances": self.start_point.covariances,
+            "end_means": self.end_point.means,
+            "end_covariances": self.end_point.covariances,
+        }
+        return settings, {**arrays, **points}
+
+    @classmethod
+    def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
+        """The policy that ``state`` came from."""
+        policy = cls(**{name: settings["settings"][name] for name in _SETTINGS})
+        policy.model = TPGMM.from_state(settings["model"], arrays)
+        for name in _LEARNED:
+            setattr(policy, name, settings["learned"][name])
+        policy.start_point = Endpoint(arrays["start_means"], arrays["start_covariances"])
+        policy.end_point = Endpoint(arrays["end_means"], arrays["end_covariances"])
+        return policy

@@ -1,0 +1,117 @@
+"""Models and policies in files: npz archives of plain arrays and one JSON text, never pickle.
+
+The file is written under a temporary name in the same folder and then moved, so that a reader sees
+either the old file or the whole new one.
+"""
+
+import json
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.frame import FloatArray
+
+FORMAT = "dressing_sim.learning"
+VERSION = 1
+
+Settings = dict[str, Any]
+Arrays = dict[str, FloatArray]
+
+
+@runtime_checkable
+class Storable(Protocol):
+    """A model that is a set of JSON-able settings and a set of arrays."""
+
+    def state(self) -> tuple[Settings, Arrays]:
+        """Everything that makes the fitted model what it is."""
+
+    @classmethod
+    def from_state(cls, settings: Settings, arrays: Arrays) -> Self:
+        """The model that ``state`` came from."""
+
+
+def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Arrays) -> Path:
+    """Write settings and arrays to ``path`` (npz), all or nothing; returns the path."""
+    target = Path(path)
+    header = json.dumps({"format": FORMAT, "version": VERSION, "kind": kind, "settings": settings})
+    descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
+        # mkstemp makes the file private; a saved model gets what any new file would get.
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return target
+
+
+def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:
+    """Kind, settings and arrays of a file that ``write_archive`` wrote.
+
+    Raises:
+        InvalidInputError: no such file, or not one of ours.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: np.asarray(archive[name]) for name in archive.files}
+        header = json.loads(str(arrays.pop("header")))
+        if header["format"] != FORMAT or header["version"] != VERSION:
+            raise InvalidInputError(
+                f"{path} has format {header['format']} {header['version']}, not {FORMAT} {VERSION}"
+            )
+        return str(header["kind"]), dict(header["settings"]), arrays
+    except OSError as error:
+        raise InvalidInputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+        raise InvalidInputError(f"{path} is not a saved model") from error
+    except InvalidInputError:
+        raise
+    except ValueError as error:  # what numpy and json raise for anything else
+        raise InvalidInputError(f"{path} is not a saved model") from error
+
+
+def _kinds() -> dict[str, type[Storable]]:
+    from dressing_sim.learning.timed import TimeTPGMM
+    from dressing_sim.learning.tpgmm import TPGMM
+    from dressing_sim.learning.trajectory import TrajectoryTPGMM
+
+    return {"tpgmm": TPGMM, "time-tpgmm": TimeTPGMM, "trajectory-tpgmm": TrajectoryTPGMM}
+
+
+def save_model(model: Storable, path: str | Path) -> Path:
+    """Save a fitted ``TPGMM``, ``TimeTPGMM`` or ``TrajectoryTPGMM``; returns the path.
+
+    A random generator given for k-means is not part of the file.
+
+    Raises:
+        InvalidInputError: another kind of model, or one that is not fitted.
+    """
+    for kind, type_ in _kinds().items():
+        if type(model) is type_:
+            return write_archive(path, kind, *model.state())
+    raise InvalidInputError(f"cannot save a {type(model).__name__}: only {', '.join(_kinds())}")
+
+
+def load_model(path: str | Path) -> Any:
+    """The model that ``save_model`` wrote to ``path``: it generates the same paths, bit for bit.
+
+    Raises:
+        InvalidInputError: no such file, not a saved model, or one whose parts do not fit together.
+    """
+    kind, settings, arrays = read_archive(path)
+    type_ = _kinds().get(kind)
+    if type_ is None:
+        raise InvalidInputError(f"{path} holds a {kind!r}; valid are {', '.join(_kinds())}")
+    try:
+        return type_.from_state(settings, arrays)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidInputError(f"{path} is not a sound model: {error}") from error
