@@ -1,0 +1,106 @@
+"""Our own demonstrations of the planar task: a seeded demonstrator who keeps out of the walls.
+
+The movement starts at the bottom of the start box, leaves it through its mouth, and ends at the
+bottom of the goal box. The demonstrator's waypoints, timing and speed vary as a person's do; a path
+that would touch a wall is drawn again, and so is a situation in which no path can be found.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dressing_sim.learning.demonstrations import SyntheticDemonstration
+from dressing_sim.learning.frame import FloatArray, Frame, Situation
+from dressing_sim.learning.sampling import FrameBounds
+from dressing_sim.planar.box import MOUTH, outline, violation
+
+SCALE = np.sqrt(0.1)  # of the boxes' frames, as in the paper's task
+START = Frame(SCALE * np.eye(2), np.array([-0.8, -0.8]))
+GOAL_BASE = SCALE * np.diag([-1.0, 1.0])  # the goal's frame is a reflection
+
+# Where the goal may be: choices of this library, wide enough to ask for generalisation and such
+# that the goal box faces the way that the start box's mouth leads.
+GOAL_BOUNDS = FrameBounds(
+    GOAL_BASE,
+    (np.deg2rad([70.0]), np.deg2rad([170.0])),
+    (np.array([-0.4, -0.1]), np.array([0.75, 0.75])),
+)
+
+SAMPLES = 200
+DT = 0.01  # [s]
+LATERAL_SD = 0.035  # of waypoints in a channel of half-width 0.15, local units
+TIMING_SD = 0.06
+CLEARANCE = 0.01  # world units kept from the walls
+ATTEMPTS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarData:
+    """Demonstrations to learn from and, where there are any, to validate with."""
+
+    training: tuple[SyntheticDemonstration, ...]
+    validation: tuple[SyntheticDemonstration, ...]
+
+
+def generate(seed: int, n_training: int = 3, n_validation: int = 3) -> PlanarData:
+    """Demonstrations in random situations; the same seed gives the same ones, bit for bit."""
+    rng = np.random.default_rng(seed)
+    demonstrations = [demonstrate(rng) for _ in range(n_training + n_validation)]
+    return PlanarData(tuple(demonstrations[:n_training]), tuple(demonstrations[n_training:]))
+
+
+def demonstrate(rng: np.random.Generator) -> SyntheticDemonstration:
+    """One demonstration in a random situation, clear of both boxes' walls."""
+    while True:
+        frames = (START, GOAL_BOUNDS.sample(rng))
+        for _ in range(10):
+            path = SyntheticDemonstration(_path(frames, rng), DT, frames)
+            if _clear(path):
+                return path
+
+
+def _clear(path: SyntheticDemonstration) -> bool:
+    """Whether a path keeps its clearance, looked for by moving it to all sides."""
+    shifts = CLEARANCE * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
+    return all(
+        violation(SyntheticDemonstration(path.positions + shift, path.dt, path.frames)) == 0.0
+        for shift in shifts
+    ) and not _boxes_overlap(path.frames)
+
+
+def _boxes_overlap(frames: Situation) -> bool:
+    """Whether the two boxes, taken with their channels, share ground (separating axes)."""
+    hulls = [outline(frame)[:-1][[0, 1, 6, 7]] for frame in frames]
+    for frame in frames:
+        for axis in frame.A.T:
+            (low_a, high_a), (low_b, high_b) = [
+                ((hull @ axis).min(), (hull @ axis).max()) for hull in hulls
+            ]
+            if high_a < low_b or high_b < low_a:
+                return False
+    return True
+
+
+def _path(frames: Situation, rng: np.random.Generator) -> FloatArray:
+    """A smooth path (SAMPLES, 2) through the two mouths, at a person's uneven speed."""
+    from scipy.interpolate import CubicSpline
+
+    def waypoint(frame: Frame, depth: float) -> FloatArray:
+        """A point at ``depth`` along the channel: 0 at its bottom, 1 at its mouth, more outside."""
+        point = depth * MOUTH + rng.normal(0.0, LATERAL_SD, 2)
+        return frame.to_world(point)
+
+    start, goal = frames
+    depths = (0.0, 0.6, 1.2)
+    waypoints = [waypoint(start, depth) for depth in depths]
+    waypoints += [waypoint(goal, depth) for depth in reversed(depths)]
+    chords = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+    knots = np.concatenate([[0.0], np.cumsum(np.sqrt(chords))])  # centripetal: no loops
+    spline = CubicSpline(knots, waypoints, bc_type="natural")
+    phase = np.linspace(0.0, 1.0, SAMPLES)
+    phase = phase + rng.normal(0.0, TIMING_SD) * np.sin(2.0 * np.pi * phase)
+    phase = np.clip(phase, 0.0, 1.0)
+    progress = phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)  # minimum jerk
+    # Half of the way at even speed: a person does not creep out of the box.
+    progress = 0.5 * (progress + phase)
+    return np.asarray(spline(progress * knots[-1]), dtype=np.float64)

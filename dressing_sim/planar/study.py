@@ -1,0 +1,208 @@
+"""Algorithm 1 on the planar task: methods x selections x runs, whatever the number of workers."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from multiprocessing import get_context
+from typing import Literal
+
+import numpy as np
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.augment import METHODS, Augmentation, Method, Retraining, augment
+from dressing_sim.learning.gmr import FusionOrder
+from dressing_sim.learning.noise import NoiseReference
+from dressing_sim.learning.sampling import BoundsSampler, FrameBounds, SituationSampler
+from dressing_sim.learning.timed import TimeTPGMM
+from dressing_sim.planar.generator import PlanarData
+
+Selection = Literal["original", "generalisation"]
+SELECTIONS: tuple[Selection, ...] = ("original", "generalisation")
+Situations = Literal["paper", "demonstrations"]
+
+# The random frames of the paper's study (from the authors' code): the start stays where it is.
+GOAL_ANGLES = (np.deg2rad([60.0]), np.deg2rad([180.0]))
+GOAL_POSITIONS = (np.zeros(2), np.full(2, 0.75))
+
+
+@dataclass(frozen=True)
+class StudySettings:
+    """The choices of a study; the defaults are the paper's, with the authors' code filling gaps."""
+
+    components: int = 8
+    fusion: FusionOrder = "regression-then-product"
+    methods: tuple[Method, ...] = METHODS
+    runs: int = 20
+    seed: int = 0
+    max_demonstrations: int = 8
+    max_iterations: int = 50
+    snr_db: float = 30.0
+    noise_reference: NoiseReference = "world"
+    retrain: Retraining = "warm"
+    situations: Situations = "paper"
+
+    def __post_init__(self) -> None:
+        if self.runs < 1:
+            raise InvalidInputError(f"runs must be at least 1, not {self.runs}")
+        if self.seed < 0:
+            raise InvalidInputError(f"the seed must be >= 0, not {self.seed}")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of Algorithm 1 with the costs of its final policy."""
+
+    method: Method
+    selection: Selection
+    index: int
+    augmentation: Augmentation
+    training_cost: float
+    validation_cost: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """The initial policy and all runs, ordered by selection, method and index."""
+
+    settings: StudySettings
+    data: PlanarData
+    initial: TimeTPGMM
+    initial_training_cost: float
+    initial_validation_cost: float | None
+    runs: tuple[Run, ...]
+
+    def of(self, method: Method, selection: Selection) -> tuple[Run, ...]:
+        """The runs of one cell of the table."""
+        return tuple(r for r in self.runs if (r.method, r.selection) == (method, selection))
+
+    def best(self, method: Method, selection: Selection) -> Run:
+        """The run with the lowest cost by its own criterion of selection."""
+        return min(self.of(method, selection), key=lambda run: run.augmentation.cost)
+
+    @property
+    def selections(self) -> tuple[Selection, ...]:
+        """Generalisation selection needs a validation set."""
+        return SELECTIONS if self.data.validation else SELECTIONS[:1]
+
+
+def situation_sampler(data: PlanarData, situations: Situations) -> SituationSampler:
+    """The random frames of the study.
+
+    Args:
+        data: the demonstrations; frame 0 is the start, frame 1 the goal.
+        situations: ``"paper"`` for the bounds of the paper's study, with the scale and the
+            handedness of the demonstrated goal frame; ``"demonstrations"`` for bounds around the
+            demonstrated frames.
+
+    Raises:
+        InvalidInputError: the paper's bounds for demonstrations that are not of its task.
+    """
+    if situations == "demonstrations":
+        return BoundsSampler.around(data.training)
+    first = data.training[0].frames
+    if len(first) != 2 or any(d.frames[0] != first[0] for d in data.training):
+        raise InvalidInputError(
+            "the paper's random situations need two frames, the first of them the same in all "
+            "demonstrations; choose --situations demonstrations"
+        )
+    determinant = np.linalg.det(first[1].A)
+    base = np.sqrt(abs(determinant)) * np.diag([np.sign(determinant), 1.0])
+    goal = FrameBounds(base, GOAL_ANGLES, GOAL_POSITIONS)
+    return BoundsSampler((FrameBounds.fixed(first[0]), goal))
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """Everything a worker needs for one run."""
+
+    settings: StudySettings
+    data: PlanarData
+    method: Method
+    selection: Selection
+    index: int
+
+    def __call__(self) -> Run:
+        # The seed depends on the run alone, not on which others there are or where it runs.
+        key = (SELECTIONS.index(self.selection), METHODS.index(self.method), self.index)
+        sequence = np.random.SeedSequence(self.settings.seed, spawn_key=key)
+        validation = self.data.validation
+        result = augment(
+            self.data.training,
+            rng=np.random.default_rng(sequence),
+            method=self.method,
+            policy=_policy(self.settings),
+            sampler=situation_sampler(self.data, self.settings.situations),
+            max_demonstrations=self.settings.max_demonstrations,
+            max_iterations=self.settings.max_iterations,
+            validation=validation if self.selection == "generalisation" else None,
+            snr_db=self.settings.snr_db,
+            noise_reference=self.settings.noise_reference,
+            retrain=self.settings.retrain,
+        )
+        return Run(
+            self.method,
+            self.selection,
+            self.index,
+            result,
+            result.policy.cost(self.data.training),
+            result.policy.cost(validation) if validation else None,
+        )
+
+
+def _policy(settings: StudySettings) -> TimeTPGMM:
+    return TimeTPGMM(settings.components, fusion=settings.fusion)
+
+
+def _call(job: _Job) -> Run:
+    return job()
+
+
+def _runs(jobs: list[_Job], workers: int) -> Iterator[Run]:
+    if workers == 1:
+        yield from map(_call, jobs)
+        return
+    # Spawned, not forked: a progress bar's thread and compiled code do not survive a fork well.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(_call, jobs)
+
+
+def run_study(
+    data: PlanarData,
+    settings: StudySettings,
+    workers: int = 1,
+    on_run: Callable[[Run], None] | None = None,
+) -> Study:
+    """All runs of the study.
+
+    Args:
+        data: demonstrations; without a validation set there is no generalisation selection.
+        settings: see ``StudySettings``.
+        workers: processes; the results do not depend on it.
+        on_run: called with each run as it is done, in order, for progress.
+
+    Raises:
+        InvalidInputError: settings or demonstrations that cannot be used.
+    """
+    if workers < 1:
+        raise InvalidInputError(f"workers must be at least 1, not {workers}")
+    situation_sampler(data, settings.situations)  # fails here rather than in a worker
+    initial = _policy(settings).fit(data.training)
+    selections = SELECTIONS if data.validation else SELECTIONS[:1]
+    jobs = [
+        _Job(settings, data, method, selection, index)
+        for selection, method, index in product(selections, settings.methods, range(settings.runs))
+    ]
+    runs = []
+    for run in _runs(jobs, workers):
+        runs.append(run)
+        if on_run is not None:
+            on_run(run)
+    return Study(
+        settings,
+        data,
+        initial,
+        initial.cost(data.training),
+        initial.cost(data.validation) if data.validation else None,
+        tuple(runs),
+    )
