@@ -24,7 +24,7 @@ def planar(
     fusion: FusionOrder = "regression-then-product",
     method: Literal["all", "noise", "rf", "rf+noise"] = "all",
     runs: int = 20,
-    seed: int = 0,
+    seed: int = 1,
     workers: int = 1,
     max_demonstrations: int = 8,
     max_iterations: int = 50,

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
+from matplotlib.ticker import MaxNLocator
 
 from dressing_sim.learning.demonstrations import DemonstrationLike, in_frames
 from dressing_sim.learning.frame import FloatArray, Situation
@@ -63,6 +64,8 @@ def _world(axes: Axes, title: str) -> None:
     axes.autoscale_view()
     axes.set_title(title, fontsize=9)
     axes.tick_params(labelsize=7)
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.yaxis.set_major_locator(MaxNLocator(4))
 
 
 def _line(axes: Axes, path: FloatArray, colour: str, **style: Any) -> None:
@@ -96,7 +99,8 @@ def _reproductions(study: Study) -> Figure:
             _line(panel, demonstration.positions, EXPERT, label="expert")
             _line(panel, policy.reproduce(demonstration).positions, INITIAL, label="policy")
             _world(panel, name or "initial")
-    axes[0, 0].legend(fontsize=6, loc="best")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, loc="outside lower center", ncols=len(labels))
     return figure
 
 
@@ -184,6 +188,7 @@ def _cost(study: Study) -> Figure:
             )
         panel.set_title(f"{selection} selection", fontsize=9)
         panel.set_xlabel("accepted demonstrations", fontsize=8)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         panel.tick_params(labelsize=7)
     axes[0, 0].set_ylabel("cost (mean ± sd of the runs)", fontsize=8)
     axes[0, 0].legend(fontsize=7)

@@ -34,7 +34,7 @@ class StudySettings:
     fusion: FusionOrder = "regression-then-product"
     methods: tuple[Method, ...] = METHODS
     runs: int = 20
-    seed: int = 0
+    seed: int = 1
     max_demonstrations: int = 8
     max_iterations: int = 50
     snr_db: float = 30.0

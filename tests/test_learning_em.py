@@ -1,0 +1,173 @@
+import numpy as np
+import pytest
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import EMOptions
+from dressing_sim.learning.em import (
+    Mixture,
+    covariance_floor,
+    fit_mixture,
+    initialise_by_k_means,
+    initialise_by_time,
+    responsibilities,
+)
+
+
+def curves(n_frames=2, n_dims=3, lengths=(150, 70, 101), seed=0):
+    """Smooth noisy curves seen from unrelated frames: (P, D, N)."""
+    rng = np.random.default_rng(seed)
+    phases = np.concatenate([np.linspace(0, 1, length) for length in lengths])
+    waves = np.arange(1, 4)[:, None] * np.pi * phases
+    mixing = rng.standard_normal((n_frames, n_dims, 6))
+    data = mixing @ np.concatenate([np.sin(waves), np.cos(waves)])
+    return data + 0.1 * rng.standard_normal(data.shape), lengths
+
+
+def direct_log_likelihoods(data, mixture):
+    """log(pi_k prod_p N(x_p | ...)), (K, N), by scipy."""
+    return np.array(
+        [
+            np.log(mixture.priors[k])
+            + sum(
+                multivariate_normal(mixture.means[k, p], mixture.covariances[k, p]).logpdf(
+                    data[p].T
+                )
+                for p in range(len(data))
+            )
+            for k in range(mixture.n_components)
+        ]
+    )
+
+
+def zero_floor(data):
+    return np.zeros((data.shape[0], data.shape[1], data.shape[1]))
+
+
+def test_responsibilities_are_the_frames_product_of_densities():
+    data, lengths = curves()
+    mixture = initialise_by_time(data, lengths, 5, zero_floor(data))
+    logs = direct_log_likelihoods(data, mixture)
+    weights, log_likelihood = responsibilities(data, mixture)
+    np.testing.assert_allclose(weights, np.exp(logs - logsumexp(logs, axis=0)), atol=1e-12)
+    assert log_likelihood == pytest.approx(logsumexp(logs, axis=0).sum(), rel=1e-12)
+
+
+def test_one_step_is_the_weighted_moments():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 4, zero_floor(data))
+    weights, _ = responsibilities(data, start)
+    mixture, _ = fit_mixture(data, start, zero_floor(data), EMOptions(1, 1, 0.0))
+    np.testing.assert_allclose(mixture.priors, weights.mean(axis=1), rtol=1e-10)
+    for k, weight in enumerate(weights):
+        for p, samples in enumerate(data):
+            np.testing.assert_allclose(mixture.means[k, p], np.average(samples, 1, weight))
+            expected = np.cov(samples, aweights=weight, bias=True)
+            np.testing.assert_allclose(mixture.covariances[k, p], expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("n_components", [1, 3, 6])
+def test_the_likelihood_never_falls(seed, n_components):
+    data, lengths = curves(seed=seed)
+    start = initialise_by_time(data, lengths, n_components, zero_floor(data))
+    _, record = fit_mixture(data, start, zero_floor(data), EMOptions(5, 200, 0.0))
+    assert np.diff(record.log_likelihoods).min(initial=0.0) >= -1e-10
+
+
+def test_it_stops_by_the_tolerance_and_says_so():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 3, zero_floor(data))
+    _, record = fit_mixture(data, start, zero_floor(data), EMOptions(5, 500, 1e-4))
+    gains = np.diff(record.log_likelihoods)
+    assert record.converged
+    assert gains[-1] < 1e-4
+    assert (gains[4:-1] >= 1e-4).all()
+    _, cut_short = fit_mixture(data, start, zero_floor(data), EMOptions(5, 5, 1e-9))
+    assert not cut_short.converged
+    assert cut_short.n_steps == 5
+
+
+def test_the_start_is_left_as_it_is():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 3, zero_floor(data))
+    means = start.means.copy()
+    fit_mixture(data, start, zero_floor(data), EMOptions())
+    np.testing.assert_array_equal(start.means, means)
+
+
+def test_order_of_samples_does_not_matter():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 4, zero_floor(data))
+    shuffled = data[:, :, np.random.default_rng(1).permutation(data.shape[2])]
+    a, _ = fit_mixture(data, start, zero_floor(data), EMOptions())
+    b, _ = fit_mixture(shuffled, start, zero_floor(data), EMOptions())
+    np.testing.assert_allclose(a.means, b.means, atol=1e-8)
+    np.testing.assert_allclose(a.covariances, b.covariances, atol=1e-8)
+
+
+def test_samples_far_from_every_component_do_not_underflow():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 3, zero_floor(data))
+    far = data + 1e4
+    weights, log_likelihood = responsibilities(far, start)
+    assert np.isfinite(log_likelihood)
+    np.testing.assert_allclose(weights.sum(axis=0), 1.0)
+
+
+def test_an_absolute_floor_is_added_and_a_relative_one_follows_the_scale():
+    data, _ = curves()
+    absolute = covariance_floor(data, (1, 2), (1e-2, 1e-3), relative=False)
+    np.testing.assert_allclose(absolute, np.tile(np.diag([1e-2, 1e-3, 1e-3]), (2, 1, 1)))
+    relative = covariance_floor(data, (1, 2), (0.1, 0.1), relative=True)
+    scaled = covariance_floor(7 * data, (1, 2), (0.1, 0.1), relative=True)
+    np.testing.assert_allclose(scaled, 49 * relative)
+    assert relative[0, 1, 1] == relative[0, 2, 2] == pytest.approx(0.1 * data[0, 1:].var(1).mean())
+
+
+def test_the_floor_bounds_every_covariance():
+    data, lengths = curves()
+    floor = covariance_floor(data, (3,), (0.05,), relative=False)
+    start = initialise_by_time(data, lengths, 6, floor)
+    mixture, _ = fit_mixture(data, start, floor, EMOptions())
+    assert np.linalg.eigvalsh(mixture.covariances).min() >= 0.05 * (1 - 1e-9)
+
+
+def test_a_singular_covariance_is_a_clear_error():
+    line = np.linspace(0, 1, 50)
+    data = np.stack([line, 2 * line])[None]
+    floor = zero_floor(data)
+    flat = Mixture(np.ones(1), np.zeros((1, 1, 2)), np.ones((1, 1, 2, 2)))
+    with pytest.raises(InvalidInputError, match="larger covariance floor"):
+        fit_mixture(data, flat, floor, EMOptions())
+    with pytest.raises(InvalidInputError, match="singular"):
+        responsibilities(data, flat)
+
+
+def test_too_few_samples_for_the_components_is_a_clear_error():
+    data, lengths = curves(lengths=(5,))
+    with pytest.raises(InvalidInputError, match="too few"):
+        initialise_by_time(data, lengths, 4, zero_floor(data))
+
+
+def test_k_means_clusters_all_frames_at_once_and_repeats_with_its_seed():
+    rng = np.random.default_rng(0)
+    centres = np.array([0.0, 5.0, 10.0])
+    labels = rng.integers(3, size=300)
+    data = np.stack([centres[labels], -centres[labels]])[:, None] + 0.1 * rng.standard_normal(
+        (2, 1, 300)
+    )
+    floor = zero_floor(data)
+    mixture = initialise_by_k_means(data, 3, floor, np.random.default_rng(5))
+    again = initialise_by_k_means(data, 3, floor, np.random.default_rng(5))
+    np.testing.assert_array_equal(mixture.means, again.means)
+    # A component means the same in both frames.
+    np.testing.assert_allclose(mixture.means[:, 0], -mixture.means[:, 1], atol=0.1)
+    np.testing.assert_allclose(np.sort(mixture.means[:, 0, 0]), centres, atol=0.1)
+
+
+@pytest.mark.parametrize("settings", [(0, 10, 1e-5), (11, 10, 1e-5), (5, 10, -1.0)])
+def test_unusable_options_are_errors(settings):
+    with pytest.raises(InvalidInputError):
+        EMOptions(*settings)

@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from learning_tasks import reaching_demonstrations
+from scipy.spatial.transform import Rotation
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import (
+    BoundsSampler,
+    Frame,
+    FrameBounds,
+    SituationSampler,
+    euler_angles,
+    rotation,
+)
+
+angle = st.floats(-np.pi, np.pi)
+
+
+@given(angle, angle, angle)
+def test_rotations_about_the_fixed_axes(alpha, beta, gamma):
+    angles = [alpha, beta, gamma]
+    expected = Rotation.from_euler("xyz", angles).as_matrix()
+    np.testing.assert_allclose(rotation(angles), expected, atol=1e-12)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_angles_are_read_back(alpha, beta, gamma):
+    angles = [alpha, beta, gamma]
+    np.testing.assert_allclose(euler_angles(rotation(angles)), angles, atol=1e-6)
+    np.testing.assert_allclose(euler_angles(rotation(alpha)), [alpha], atol=1e-12)
+
+
+def test_samples_fill_their_bounds_and_stay_inside():
+    base = 0.5 * np.diag([-1.0, 1.0])
+    bounds = FrameBounds(base, ([0.2], [1.0]), ([-1, 0], [1, 3]))
+    rng = np.random.default_rng(0)
+    frames = [bounds.sample(rng) for _ in range(500)]
+    angles = np.array([euler_angles(f.A @ np.linalg.inv(base)) for f in frames])[:, 0]
+    origins = np.array([f.b for f in frames])
+    assert 0.2 <= angles.min() < 0.22
+    assert 0.98 < angles.max() <= 1.0
+    assert (origins >= [-1, 0]).all()
+    assert (origins <= [1, 3]).all()
+    assert np.ptp(origins[:, 1]) > 2.9
+    for frame in frames:
+        assert np.linalg.det(frame.A) == pytest.approx(-0.25)
+
+
+def test_a_fixed_frame_stays():
+    frame = Frame(2 * rotation([1.0, 2.0, 0.3]), [1, 2, 3])
+    sampled = FrameBounds.fixed(frame).sample(np.random.default_rng(0))
+    np.testing.assert_allclose(sampled.A, frame.A)
+    np.testing.assert_allclose(sampled.b, frame.b)
+
+
+@pytest.mark.parametrize("turned", [0.0, np.pi])
+def test_bounds_around_demonstrations_hold_them_wherever_the_angles_wrap(turned):
+    turn = rotation([0, 0, turned])
+    demonstrations = [
+        type(d)(d.positions, d.dt, tuple(Frame(turn @ f.A, f.b) for f in d.frames))
+        for d in reaching_demonstrations(4)
+    ]
+    sampler = BoundsSampler.around(demonstrations)
+    assert isinstance(sampler, SituationSampler)
+    for bounds, views in zip(
+        sampler.bounds, zip(*[d.frames for d in demonstrations], strict=True), strict=True
+    ):
+        for view in views:
+            angles = euler_angles(view.A @ bounds.base.T)
+            assert (angles >= bounds.angles[0]).all()
+            assert (angles <= bounds.angles[1]).all()
+            assert (view.b >= bounds.translation[0]).all()
+            assert (view.b <= bounds.translation[1]).all()
+        assert (bounds.angles[1] - bounds.angles[0] < 2.0).all()
+
+
+def test_a_frame_that_never_moves_is_kept_fixed():
+    still = Frame(np.eye(3), np.zeros(3))
+    demonstrations = [
+        type(d)(d.positions, d.dt, (still, d.frames[1])) for d in reaching_demonstrations(3)
+    ]
+    rng = np.random.default_rng(0)
+    frames = BoundsSampler.around(demonstrations).sample(rng)
+    np.testing.assert_allclose(frames[0].A, still.A, atol=1e-12)
+    np.testing.assert_allclose(frames[0].b, still.b, atol=1e-12)
+
+
+def test_the_same_seed_gives_the_same_situation():
+    sampler = BoundsSampler.around(reaching_demonstrations(3))
+    a, b = (sampler.sample(np.random.default_rng(7)) for _ in range(2))
+    assert a == b
+
+
+@pytest.mark.parametrize(
+    ("angles", "translation"),
+    [
+        (([1.0], [0.0]), ([0, 0], [1, 1])),
+        (([0.0], [1.0]), ([0, 0], [-1, 1])),
+        (([0.0], [np.inf]), ([0, 0], [1, 1])),
+        (([0.0, 0, 0], [1.0, 1, 1]), ([0, 0], [1, 1])),
+    ],
+)
+def test_unusable_bounds_are_errors(angles, translation):
+    with pytest.raises(InvalidInputError):
+        FrameBounds(np.eye(2), angles, translation)

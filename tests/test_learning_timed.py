@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from learning_tasks import (
+    PLANAR_FILE,
+    moved,
+    moved_frames,
+    needs_reference,
+    reaching_demonstrations,
+    reaching_situation,
+)
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import Policy, TimeTPGMM, rotation
+from dressing_sim.planar.files import load
+
+
+@needs_reference
+@pytest.mark.parametrize(
+    ("fusion", "cost"),
+    [("regression-then-product", 2.1695696), ("product-then-regression", 1.48576)],
+)
+def test_the_papers_initial_training_cost(fusion, cost):
+    demonstrations = load(PLANAR_FILE).training
+    policy = TimeTPGMM(8, fusion=fusion).fit(demonstrations)
+    assert policy.model.record.n_steps == 81
+    assert policy.model.record.log_likelihoods[-1] == pytest.approx(5.592, abs=5e-4)
+    digits = 5e-8 if cost > 2 else 5e-6
+    assert policy.cost(demonstrations) == pytest.approx(cost, abs=digits)
+
+
+@pytest.mark.parametrize("fusion", ["regression-then-product", "product-then-regression"])
+def test_the_motion_turns_and_shifts_with_the_world(fusion):
+    turn, shift = rotation([0.4, -1.1, 2.0]), np.array([3.0, -2.0, 0.5])
+    demonstrations = reaching_demonstrations(3)
+    frames = reaching_situation(np.random.default_rng(8))
+    policy = TimeTPGMM(6, fusion=fusion)
+    path = policy.fit(demonstrations).generate(frames)
+    policy.fit([moved(d, turn, shift) for d in demonstrations])
+    other = policy.generate(moved_frames(frames, turn, shift))
+    np.testing.assert_allclose(other, path @ turn.T + shift, atol=1e-7)
+
+
+def test_a_given_start_is_met_exactly_and_forgotten_later():
+    policy = TimeTPGMM(5).fit(reaching_demonstrations(4))
+    assert isinstance(policy, Policy)
+    frames = reaching_situation(np.random.default_rng(8))
+    free = policy.generate(frames)
+    start = free[0] + np.array([0.1, 0.0, -0.1])
+    path = policy.generate(frames, start)
+    np.testing.assert_array_equal(path[0], start)
+    quarter = len(path) // 4 + 1
+    np.testing.assert_allclose(path[quarter:], free[quarter:], atol=1e-12)
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() < 0.05
+
+
+def test_covariances_are_positive_definite():
+    policy = TimeTPGMM(5).fit(reaching_demonstrations(4))
+    _, covariances = policy.at_times(reaching_situation(np.random.default_rng(8)), np.arange(0, 6))
+    assert np.linalg.eigvalsh(covariances).min() > 0
+
+
+def test_unequal_lengths_are_reproduced_at_their_own_times():
+    demonstrations = [
+        *reaching_demonstrations(2, seed=0, samples=110, dt=0.05),
+        *reaching_demonstrations(2, seed=1, samples=250, dt=0.02),
+    ]
+    policy = TimeTPGMM(6, time_scale=0.01, floor=1e-5).fit(demonstrations)
+    assert [len(policy.reproduce(d).positions) for d in demonstrations] == [110, 110, 250, 250]
+    assert policy.dt == 0.02
+    assert np.isfinite(policy.cost(demonstrations))
+
+
+def test_unusable_settings_and_questions_are_errors():
+    for arguments in ({"ridge": -1.0}, {"blend": 0.0}, {"blend": 2.0}):
+        with pytest.raises(InvalidInputError):
+            TimeTPGMM(**arguments)
+    policy = TimeTPGMM(3)
+    frames = reaching_situation(np.random.default_rng(8))
+    with pytest.raises(InvalidInputError, match="fit"):
+        policy.generate(frames)
+    policy.fit(reaching_demonstrations(2))
+    with pytest.raises(InvalidInputError, match="start"):
+        policy.generate(frames, [0.0])
