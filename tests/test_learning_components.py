@@ -18,7 +18,7 @@ def stops(n_stops, seed=0, samples=60):
     """Slow wobbling about a few places, one after the other: a task with that many clusters."""
     rng = np.random.default_rng(seed)
     places = np.array([[3.0 * i, (-1.0) ** i] for i in range(n_stops)])
-    frames = (Frame(np.eye(2), np.zeros(2)), Frame([[0, -1], [1, 0]], [1, 1]))
+    frames = (Frame([[0, -1], [1, 0]], [1, 1]),)
     return [
         SyntheticDemonstration(
             np.repeat(places, samples, axis=0) + 0.1 * rng.standard_normal((samples * n_stops, 2)),
@@ -54,7 +54,8 @@ def test_the_criterion_is_the_likelihood_and_a_price_for_each_parameter():
 
 @pytest.mark.parametrize("n_stops", [2, 4])
 def test_the_right_number_is_found(n_stops):
-    model = TPGMM(1, encoding="time", floor=1e-3)
+    # Time, scaled to nothing, leaves the places: Gaussian clusters, which have a right number.
+    model = TPGMM(1, encoding="time", time_scale=1e-6, floor=(1.0, 1e-6))
     demonstrations = stops(n_stops)
     choice = choose_by_bic(model, demonstrations, range(1, 9))
     assert choice.n_components == n_stops

@@ -11,7 +11,7 @@ from dressing_sim.learning import dtw, dtw_distance
 def test_it_equals_dtw_python(seed):
     oracle = pytest.importorskip("dtw")
     rng = np.random.default_rng(seed)
-    n, m, p = rng.integers(1, 90, 2).tolist() + [int(rng.integers(1, 5))]
+    n, m, p = rng.integers((1, 1, 1), (90, 90, 5)).tolist()
     x, y = rng.standard_normal((n, p)), rng.standard_normal((m, p))
     if seed % 2:
         x, y = x.cumsum(axis=0), y.cumsum(axis=0)

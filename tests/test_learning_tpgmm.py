@@ -110,8 +110,6 @@ def test_displacements_are_those_of_the_path():
 
 def test_a_duplicated_demonstration_changes_nothing():
     demonstrations = reaching_demonstrations(2)
-    a = TPGMM(3).fit(demonstrations).fitted()
-    b = TPGMM(3).fit(demonstrations * 2).fitted()
     # Only the initial covariances know the number of samples, and the tolerance forgets them.
     options = EMOptions(200, 400, 1e-12)
     a = TPGMM(3, options=options).fit(demonstrations).fitted()
@@ -121,8 +119,9 @@ def test_a_duplicated_demonstration_changes_nothing():
 
 def test_a_warm_start_from_the_result_stays_there():
     demonstrations = reaching_demonstrations()
-    first = TPGMM(4, options=EMOptions(5, 500, 1e-10)).fit(demonstrations)
-    again = TPGMM(4, options=EMOptions(5, 500, 1e-10)).fit(demonstrations, first.fitted())
+    settings = {"floor": 1e-9, "options": EMOptions(5, 2000, 1e-9)}
+    first = TPGMM(4, **settings).fit(demonstrations)
+    again = TPGMM(4, **settings).fit(demonstrations, first.fitted())
     assert again.record.n_steps < first.record.n_steps
     np.testing.assert_allclose(first.fitted().means, again.fitted().means, atol=1e-3)
 

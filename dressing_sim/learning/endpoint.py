@@ -3,6 +3,10 @@
 The one-component, one-sample case of a TP-GMM: the points seen from each frame have a mean and a
 covariance there, and a situation's point is the mean of the product of the frames' Gaussians
 (paper, equations 4 and 5). A frame in which the points agree decides.
+
+Two demonstrations say nothing about most directions: their sample covariance has rank one, and what
+is left would weigh all frames alike. The covariance is therefore shrunk towards the multiple of the
+identity with the same trace, by p / (p + n - 1) for n points (a choice of this library).
 """
 
 from collections.abc import Sequence
@@ -13,7 +17,7 @@ import numpy as np
 from dressing_sim.learning.demonstrations import DemonstrationLike, check_demonstrations, in_frames
 from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
 
-FLOOR = 0.05  # of the paths' variance in the frame; keeps one or two demonstrations from ruling
+FLOOR = 1e-3  # of the paths' variance in the frame, added to keep the covariance invertible
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +40,12 @@ class Endpoint:
         means = points.mean(axis=0)
         centred = points - means
         covariances = np.einsum("mpi,mpj->pij", centred, centred) / max(len(paths) - 1, 1)
+        dimension = means.shape[1]
+        share = dimension / (dimension + max(len(paths) - 1, 1))
+        scale = np.trace(covariances, axis1=1, axis2=2) / dimension
         spread = np.mean([path.var(axis=1).mean(axis=1) for path in paths], axis=0)
-        covariances += FLOOR * spread[:, None, None] * np.eye(means.shape[1])
-        return cls(means, covariances)
+        isotropic = (share * scale + FLOOR * spread)[:, None, None] * np.eye(dimension)
+        return cls(means, (1.0 - share) * covariances + isotropic)
 
     def predict(self, frames: Sequence[Frame]) -> FloatArray:
         """The point (p,) in world coordinates for a situation."""

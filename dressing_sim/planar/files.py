@@ -9,6 +9,7 @@
 
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -36,15 +37,20 @@ def load(path: Path) -> PlanarData:
             check_demonstrations(data.validation)
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}") from error
-    except KeyError as error:
-        raise InvalidInputError(f"{path} has no {error}") from error
-    except (AttributeError, IndexError, TypeError, ValueError, OSError) as error:
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, OSError) as error:
         raise InvalidInputError(f"{path} does not have the expected layout: {error}") from error
     return data
 
 
 def _from_npz(path: Path) -> PlanarData:
-    with np.load(path, allow_pickle=False) as archive:
+    try:
+        contents = np.load(path, allow_pickle=False)
+    except BadZipFile as error:
+        raise InvalidInputError("not an npz archive") from error
+    with contents as archive:
+        missing = {"t", "xy", "A", "b"} - set(archive.files)
+        if missing:
+            raise InvalidInputError(f"no array {', '.join(sorted(missing))}")
         dt = _step(archive["t"])
         training = _demonstrations(dt, archive["xy"], archive["A"], archive["b"])
         validation: tuple[SyntheticDemonstration, ...] = ()
@@ -78,8 +84,12 @@ def _demonstrations(
 
 def _from_mat(path: Path) -> PlanarData:
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
-    contents: dict[str, Any] = loadmat(path, struct_as_record=False, squeeze_me=True)
+    try:
+        contents: dict[str, Any] = loadmat(path, struct_as_record=False, squeeze_me=True)
+    except MatReadError as error:
+        raise InvalidInputError(str(error)) from error
     training = []
     for entry in np.atleast_1d(contents["s"]):
         times, xy = entry.Data0[0], entry.Data0[1:].T
