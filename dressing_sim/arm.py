@@ -25,7 +25,7 @@ LEFT = np.array([-1.0, 0.0, 0.0])
 UP = np.array([0.0, 0.0, 1.0])
 
 #: Where the left shoulder joint is when the mannequin sits in its usual place [m].
-DEFAULT_SHOULDER = (0.45, -0.28, 0.24)
+DEFAULT_SHOULDER = (0.52, -0.26, 0.24)
 
 #: The shoulder joint may be displaced from its usual place by at most this much a coordinate [m].
 MAX_SHOULDER_DISPLACEMENT = 0.15

@@ -1,6 +1,11 @@
 """Pinocchio kinematics of the Panda, and the inverse kinematics that follows a path."""
 
 from dressing_sim.control.kinematics import PandaKinematics
-from dressing_sim.control.tracking import JointTrajectory, TrackingConfig, track_path
+from dressing_sim.control.tracking import (
+    JointTrajectory,
+    TrackingConfig,
+    configuration_at,
+    track_path,
+)
 
-__all__ = ["JointTrajectory", "PandaKinematics", "TrackingConfig", "track_path"]
+__all__ = ["JointTrajectory", "PandaKinematics", "TrackingConfig", "configuration_at", "track_path"]

@@ -31,6 +31,8 @@ class TrackingConfig:
     """Time between two joint commands [s]."""
     max_speed: float = 0.25
     """The gripper never goes faster [m/s]: usual for a robot next to a person."""
+    smoothing: float = 0.3
+    """Corners of the path are rounded over this time, so that accelerations stay finite [s]."""
     position_cost: float = 1.0
     """Weight of the gripper's position error [1/m]."""
     tilt_cost: float = 0.1
@@ -83,13 +85,36 @@ def retime(
     return np.column_stack([np.interp(samples, times, column) for column in path.T])
 
 
+def smooth(points: NDArray[np.float64], dt: float, window: float) -> NDArray[np.float64]:
+    """Round the corners of a sampled path; its ends stay, and it takes `window` longer.
+
+    Args:
+        points: Positions, shape (n, d), one each `dt` seconds [m].
+        dt: Time between two rows [s].
+        window: Length of the Hann window that the path is convolved with [s].
+
+    Returns:
+        Positions, shape (n + round(window / dt), d) [m].
+    """
+    half = round(0.5 * window / dt)
+    if half == 0:
+        return points
+    weights = np.hanning(2 * half + 3)[1:-1]
+    padded = np.pad(points, ((2 * half, 2 * half), (0, 0)), mode="edge")
+    return np.column_stack(
+        [np.convolve(column, weights / weights.sum(), mode="valid") for column in padded.T]
+    )
+
+
 class _InverseKinematics:
     """The quadratic program of one control step, and the configuration it moves."""
 
     def __init__(self, kinematics: PandaKinematics, config: TrackingConfig, q: NDArray[np.float64]):
         model = kinematics.model
-        self.configuration = pink.Configuration(model, model.createData(), q)
         self._dt = config.dt
+        self._lower, self._upper = model.lowerPositionLimit, model.upperPositionLimit
+        start = np.clip(q, self._lower, self._upper)
+        self.configuration = pink.Configuration(model, model.createData(), start)
         # The third rotation, about the hand's own axis, costs nothing.
         self._hand = FrameTask(
             TCP_BODY,
@@ -113,7 +138,9 @@ class _InverseKinematics:
             limits=self._limits,
             safety_break=False,
         )
-        self.configuration.integrate_inplace(velocity, self._dt)
+        q = self.configuration.integrate(velocity, self._dt)
+        # The solver keeps the limits up to its tolerance; the robot gets them exactly.
+        self.configuration.update(np.clip(q, self._lower, self._upper))
         reached = self.configuration.get_transform_frame_to_world(TCP_BODY).translation
         return float(np.linalg.norm(reached - target))
 
@@ -169,6 +196,7 @@ def track_path(
     ik = _InverseKinematics(kinematics, config, np.array(start, dtype=float))
     here = kinematics.tcp_pose(start)[0]
     targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed)
+    targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
     positions = np.empty((len(targets), len(HOME)))
     for i, target in enumerate(targets):

@@ -15,7 +15,7 @@ from dressing_sim.world.scene import (
     force_sensor_name,
     grip_name,
 )
-from dressing_sim.world.sleeve import FLEX, SleeveMesh
+from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 
 
 class World:
@@ -56,6 +56,7 @@ class World:
         self._lag = np.array(config.servo.damping) / np.array(config.servo.stiffness)
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
         first = model.flex_vertadr[flex]
+        self._vertex_bodies = np.array([model.body(vertex_body(i)).id for i in range(len(mesh.vertices))])
         self._vertices = slice(first, first + len(mesh.vertices))
         self._sensors = {
             (link, source): model.sensor(force_sensor_name(link, source)).adr[0]
@@ -133,6 +134,12 @@ class World:
     def cloth(self) -> NDArray[np.float64]:
         """Positions of the sleeve's vertices, (n_vertices, 3)."""
         return self.data.flexvert_xpos[self._vertices].copy()
+
+    @property
+    def cloth_speed(self) -> float:
+        """Speed of the fastest vertex of the sleeve [m/s]."""
+        speeds = self.data.cvel[self._vertex_bodies, 3:]
+        return float(np.sqrt(np.max(np.einsum("ij,ij->i", speeds, speeds))))
 
     @property
     def grip_force(self) -> NDArray[np.float64]:

@@ -23,9 +23,9 @@ class SleeveConfig:
 
     length: float = 0.20
     """From armscye to hem along the cone's axis [m]; T-shirt size M: 0.191 to 0.216."""
-    armscye_circumference: float = 0.46
+    armscye_circumference: float = 0.48
     """Armhole all round [m]; T-shirt size M: 0.440 to 0.480."""
-    hem_circumference: float = 0.362
+    hem_circumference: float = 0.368
     """Sleeve opening all round [m]; T-shirt size M: 0.356 to 0.368."""
     areal_density: float = 0.18
     """Mass of the fabric an area [kg/m^2]; jersey: 0.150 to 0.207."""

@@ -1,0 +1,151 @@
+"""Recorded demonstrations, and the HDF5 file they are kept in."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture, situation
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import replacing
+from dressing_sim.learning.frame import Frame
+
+FORMAT = "dressing_sim demonstrations"
+FORMAT_VERSION = 1
+
+#: Packages whose version can change the bits of a simulation.
+VERSIONED = ("dressing-sim", "mujoco", "pin", "pin-pink", "daqp", "numpy", "scipy", "example-robot-data")
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of everything that a result depends on."""
+    return {package: version(package) for package in VERSIONED}
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """A path of the gripper with the situation it was recorded in.
+
+    Attributes:
+        positions: What the gripper did, shape (T, 3), in the robot's base frame [m].
+        dt: Time between two rows [s].
+        posture: The arm; its shoulder, elbow and wrist give the frames.
+        seed: Seed of the operator's variability.
+        commands: Joint commands that were played, shape (T, 7), one each `dt` [rad]; playing them
+            in the same world gives the same positions, bit for bit.
+        settings: Settings of the world, the robot and the operator, plain values.
+        versions: Packages it was recorded with.
+    """
+
+    positions: NDArray[np.float64]
+    dt: float
+    posture: Posture
+    seed: int
+    commands: NDArray[np.float64]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=versions)
+
+    def __post_init__(self) -> None:
+        for name, width in (("positions", 3), ("commands", 7)):
+            value = np.asarray(getattr(self, name))
+            if value.ndim != 2 or value.shape[1] != width or len(value) < 2:
+                raise InvalidInputError(
+                    f"demonstration on {self.posture.name!r}: {name} has shape {value.shape}, "
+                    f"valid is (T, {width}) with T of 2 or more"
+                )
+            if not np.isfinite(value).all():
+                raise InvalidInputError(
+                    f"demonstration on {self.posture.name!r}: {name} has values that are not "
+                    "finite, valid are numbers"
+                )
+        if not self.dt > 0.0:
+            raise InvalidInputError(
+                f"demonstration on {self.posture.name!r}: dt is {self.dt}, valid is > 0"
+            )
+
+    @property
+    def frames(self) -> tuple[Frame, Frame]:
+        """Frames at the shoulder and at the wrist (see `dressing_sim.Posture.frames`)."""
+        return self.posture.frames()
+
+
+def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration]) -> None:
+    """Write demonstrations to an HDF5 file; an existing file is replaced, all or nothing.
+
+    One group a demonstration, ``0``, ``1``, ...: datasets ``positions`` (T, 3) [m], ``commands``
+    (T, 7) [rad], ``shoulder``, ``elbow``, ``wrist`` (3,) [m]; attributes ``dt`` [s], ``seed``, and
+    ``posture``, ``settings``, ``versions`` as JSON.
+    """
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["format_version"] = FORMAT_VERSION
+        for number, demonstration in enumerate(demonstrations):
+            group = file.create_group(str(number))
+            group["positions"] = demonstration.positions
+            group["commands"] = demonstration.commands
+            for joint in ("shoulder", "elbow", "wrist"):
+                group[joint] = getattr(demonstration.posture, joint)
+            group.attrs["dt"] = demonstration.dt
+            group.attrs["seed"] = demonstration.seed
+            group.attrs["posture"] = json.dumps(demonstration.posture.to_dict())
+            group.attrs["settings"] = json.dumps(demonstration.settings)
+            group.attrs["versions"] = json.dumps(demonstration.versions)
+
+
+def load_demonstrations(path: str | Path) -> list[Demonstration]:
+    """Read demonstrations from a file that `save_demonstrations` wrote.
+
+    Raises:
+        InvalidInputError: The file is missing, damaged, of another kind, or contradicts itself.
+    """
+    if not Path(path).is_file():
+        raise InvalidInputError(f"{path}: no such file; valid is an HDF5 file of demonstrations")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise InvalidInputError(
+                    f"{path}: not a file of demonstrations; valid is one written by "
+                    "'dressing-sim demonstrate'"
+                )
+            if file.attrs["format_version"] != FORMAT_VERSION:
+                raise InvalidInputError(
+                    f"{path}: format version {file.attrs['format_version']}, "
+                    f"valid is {FORMAT_VERSION}"
+                )
+            return [_read(file[name], path) for name in sorted(file, key=int)]
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise InvalidInputError(
+            f"{path}: damaged or not HDF5 ({error}); valid is one written by "
+            "'dressing-sim demonstrate'"
+        ) from error
+
+
+def _read(group: h5py.Group, path: str | Path) -> Demonstration:
+    posture = Posture.from_dict(json.loads(group.attrs["posture"]))
+    # The joints are stored for readers that do not know our angles; they must agree with them.
+    stored = situation(*(group[joint][:] for joint in ("shoulder", "elbow", "wrist")))
+    for ours, theirs in zip(posture.frames(), stored, strict=True):
+        if not (np.allclose(ours.A, theirs.A, atol=1e-9) and np.allclose(ours.b, theirs.b, atol=1e-9)):
+            raise InvalidInputError(
+                f"{path}: the joints of posture {posture.name!r} do not match its angles; "
+                "the file was made with another version or edited"
+            )
+    return Demonstration(
+        positions=group["positions"][:],
+        dt=float(group.attrs["dt"]),
+        posture=posture,
+        seed=int(group.attrs["seed"]),
+        commands=group["commands"][:],
+        settings=json.loads(group.attrs["settings"]),
+        versions=json.loads(group.attrs["versions"]),
+    )

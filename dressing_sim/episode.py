@@ -1,0 +1,320 @@
+"""One dressing, from a path to an outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.control import (
+    JointTrajectory,
+    PandaKinematics,
+    TrackingConfig,
+    configuration_at,
+    track_path,
+)
+from dressing_sim.demonstration import Demonstration
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.judge import Failure, Outcome, Thresholds, Trace, judge
+from dressing_sim.learning import Policy
+from dressing_sim.operator import Operator
+from dressing_sim.settings import from_plain, to_plain
+from dressing_sim.world.dressed import ArmAxis
+from dressing_sim.world.mannequin import LINKS
+from dressing_sim.world.scene import WorldConfig, grip_start
+from dressing_sim.world.simulation import World
+from dressing_sim.world.strain import StrainGauge
+
+#: Called after every control step with the running world; for videos and views.
+Observer = Callable[[World], None]
+
+#: A cloth whose vertices are all slower than this hangs still [m/s].
+_SETTLED_SPEED = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeConfig:
+    """Everything that an episode's outcome depends on, but posture and path."""
+
+    world: WorldConfig = field(default_factory=WorldConfig)
+    tracking: TrackingConfig = field(default_factory=TrackingConfig)
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    hold: float = 1.0
+    """The robot stays at its path's end for so long before the verdict [s]."""
+    time_limit: float = 30.0
+    """The robot stops when it has moved for so long [s]."""
+
+    def __post_init__(self) -> None:
+        ratio = self.tracking.dt / self.world.solver.timestep
+        if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
+            raise InvalidInputError(
+                f"the control step of {self.tracking.dt} s is not a multiple of the physics step "
+                f"of {self.world.solver.timestep} s"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """An episode as it happened.
+
+    Attributes:
+        outcome: The verdict.
+        trace: The measurements, or None if the robot never moved.
+        trajectory: The joint commands, or None if there were none.
+        positions: The gripper at the start and after each command, shape (n, 3) [m].
+    """
+
+    outcome: Outcome
+    trace: Trace | None
+    trajectory: JointTrajectory | None
+    positions: NDArray[np.float64]
+
+
+class Episode:
+    """A settled world, waiting for the robot to move; good for one dressing.
+
+    Args:
+        posture: The arm to dress.
+        config: World, robot and rules.
+
+    Attributes:
+        posture: As given.
+        config: As given.
+        kinematics: The robot's kinematics.
+        world: The simulation.
+        start_error: How far the gripper's first position is from where the sleeve is held [m].
+    """
+
+    def __init__(self, posture: Posture, config: EpisodeConfig | None = None) -> None:
+        self.posture = posture
+        self.config = config or EpisodeConfig()
+        self.kinematics = PandaKinematics()
+        grip = grip_start(posture, self.config.world.sleeve)
+        q, self.start_error = configuration_at(grip, self.kinematics, self.config.tracking)
+        self.world = World(posture, self.config.world, q)
+        self._substeps = round(self.config.tracking.dt / self.config.world.solver.timestep)
+        self._settle()
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """Where the gripper is now, (3,), in the robot's base frame [m]."""
+        return self.world.tcp_position
+
+    def _settle(self) -> None:
+        """Let the cloth fall until it hangs still, for at most three times the settling time."""
+        settle_time = self.config.world.settle_time
+        while self.world.time < 3.0 * settle_time and self.world.void_reason is None:
+            self.world.step()
+            settled = self.world.cloth_speed < _SETTLED_SPEED
+            if self.world.time >= settle_time and settled:
+                break
+
+    def follow(
+        self,
+        path: NDArray[np.float64],
+        path_dt: float,
+        observer: Observer | None = None,
+    ) -> Recording:
+        """Lead the gripper along a path and judge what happens.
+
+        Args:
+            path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
+            path_dt: Time between two rows [s].
+            observer: Called after every control step.
+        """
+        trajectory = track_path(
+            path, path_dt, self.world.arm_configuration, self.kinematics, self.config.tracking
+        )
+        error = max(self.start_error, trajectory.max_error)
+        if error > self.config.tracking.max_error:
+            failure = Failure("ik_unreachable", f"the robot stays {error:.3f} m from the path")
+            outcome = Outcome(False, (failure,), {"tracking_error": error})
+            return Recording(outcome, None, trajectory, self.start[None])
+        return self.play(trajectory, observer)
+
+    def play(self, trajectory: JointTrajectory, observer: Observer | None = None) -> Recording:
+        """Play joint commands, hold the last one, and judge what happens."""
+        config, dt = self.config, trajectory.dt
+        n_hold = round(config.hold / dt)
+        n_limit = round(config.time_limit / dt)
+        held = np.repeat(trajectory.positions[-1:], n_hold, axis=0)
+        commands = np.vstack([trajectory.positions, held])[: n_limit + 1]
+        meter = _Meter(self.world, config.thresholds.strain_percentile)
+        positions = [self.start]
+        for row in range(1, len(commands)):
+            before, after = commands[row - 1], commands[row]
+            velocity = (after - before) / dt
+            pulls = []
+            for step in range(1, self._substeps + 1):
+                self.world.command(before + (after - before) * (step / self._substeps), velocity)
+                self.world.step()
+                pulls.append(self.world.grip_force)
+            void = self.world.void_reason
+            if void is not None:
+                outcome = Outcome(False, void=void)
+                return Recording(outcome, None, trajectory, np.array(positions))
+            target = trajectory.targets[min(row, len(trajectory.targets) - 1)]
+            meter.read(target, np.mean(pulls, axis=0))
+            positions.append(self.world.tcp_position)
+            if observer is not None:
+                observer(self.world)
+        trace = meter.trace(dt)
+        finished = len(trajectory.positions) + n_hold <= n_limit + 1
+        outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
+        return Recording(outcome, trace, trajectory, np.array(positions))
+
+
+class _Meter:
+    """Collects the rows of a trace."""
+
+    def __init__(self, world: World, strain_percentile: float) -> None:
+        self._world = world
+        self._axis = ArmAxis.of(world.posture)
+        self._gauge = StrainGauge(world.mesh)
+        self._percentile = strain_percentile
+        self._around = world.config.sleeve.vertices_around
+        self._rows: list[tuple[object, ...]] = []
+
+    def read(self, target: NDArray[np.float64], pull: NDArray[np.float64]) -> None:
+        """Measure now; `pull` is the grip's mean force (3,) since the last reading [N]."""
+        world = self._world
+        cloth, tcp = world.cloth, world.tcp_position
+        rings = cloth.reshape(-1, self._around, 3)
+        strain = self._gauge.principal(cloth)
+        touched = world.robot_contacts()
+        self._rows.append(
+            (
+                tcp,
+                self._axis.coordinate(rings[0].mean(axis=0)[None])[0],
+                bool(np.all(self._axis.winding(rings) == 1)),
+                self._gauge.percentile(strain, self._percentile),
+                strain.max(),
+                np.linalg.norm(pull),
+                [np.linalg.norm(world.link_force(link)) for link in LINKS],
+                [link in touched for link in LINKS],
+                [np.linalg.norm(world.link_force(link, "robot")) for link in LINKS],
+                np.linalg.norm(tcp - target),
+                world.arm_torque,
+            )
+        )
+
+    def trace(self, dt: float) -> Trace:
+        """All readings so far."""
+        return Trace(dt, LINKS, *(np.array(column) for column in zip(*self._rows, strict=True)))
+
+
+def checked_path(path: object, name: str) -> NDArray[np.float64]:
+    """A policy's path as an array, once it is one.
+
+    Raises:
+        InvalidInputError: It is not of shape (T, 3), T of 2 or more, or not finite.
+    """
+    try:
+        array = np.asarray(path, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name}: returned {path!r:.60}, valid is an array (T, 3)") from error
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 2:
+        raise InvalidInputError(
+            f"{name}: returned an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"
+        )
+    if not np.isfinite(array).all():
+        raise InvalidInputError(
+            f"{name}: returned values that are not finite (NaN or infinite), valid are metres"
+        )
+    return array
+
+
+#: Seconds between the points of a path whose maker does not say.
+DEFAULT_PATH_DT = 0.05
+
+PathSource = Policy | Operator | NDArray[np.float64]
+
+
+def record(
+    source: PathSource,
+    posture: Posture,
+    seed: int = 0,
+    config: EpisodeConfig | None = None,
+    observer: Observer | None = None,
+) -> Recording:
+    """Dress an arm once and keep the measurements.
+
+    Args:
+        source: A fitted policy, which sees the frames and the gripper's position only; the
+            scripted operator, which sees the posture; or a path, shape (T, 3), in the robot's base
+            frame [m], with ``DEFAULT_PATH_DT`` between its points.
+        posture: The arm to dress.
+        seed: Seed of the operator's variability.
+        config: World, robot and rules.
+        observer: Called after every control step.
+
+    Raises:
+        InvalidInputError: The path has the wrong shape or is not finite.
+    """
+    episode = Episode(posture, config)
+    if isinstance(source, Operator):
+        path = source.path(posture, episode.start, np.random.default_rng(seed))
+        return episode.follow(path, source.config.dt, observer)
+    if isinstance(source, np.ndarray):
+        return episode.follow(checked_path(source, "the path"), DEFAULT_PATH_DT, observer)
+    name = f"policy {type(source).__name__}"
+    path = checked_path(source.generate(posture.frames(), episode.start), name)
+    path_dt = getattr(source, "dt", None) or DEFAULT_PATH_DT
+    return episode.follow(path, float(path_dt), observer)
+
+
+def dress(
+    path_or_policy: PathSource,
+    posture: Posture,
+    seed: int = 0,
+    config: EpisodeConfig | None = None,
+) -> Outcome:
+    """Dress an arm once: the outcome of `record`."""
+    return record(path_or_policy, posture, seed, config).outcome
+
+
+def demonstrate(
+    posture: Posture,
+    seed: int,
+    operator: Operator | None = None,
+    config: EpisodeConfig | None = None,
+    observer: Observer | None = None,
+) -> tuple[Demonstration | None, Outcome]:
+    """Record a demonstration of the scripted operator.
+
+    Returns:
+        What the gripper did from its first to its last command, without the final hold, or None
+        if the robot could not move; and the outcome, which says whether it is worth learning from.
+    """
+    operator = operator or Operator()
+    config = config or EpisodeConfig()
+    recording = record(operator, posture, seed, config, observer)
+    if recording.trace is None or recording.trajectory is None:
+        return None, recording.outcome
+    commands = recording.trajectory.positions
+    demonstration = Demonstration(
+        positions=recording.positions[: len(commands)],
+        dt=recording.trajectory.dt,
+        posture=posture,
+        seed=seed,
+        commands=commands[: len(recording.positions)],
+        settings={"episode": to_plain(config), "operator": to_plain(operator.config)},
+    )
+    return demonstration, recording.outcome
+
+
+def replay(demonstration: Demonstration, observer: Observer | None = None) -> Recording:
+    """Play a demonstration's commands again in the world it was recorded in.
+
+    With the versions that it was recorded with, the gripper's positions are the same to the bit.
+    """
+    config = from_plain(EpisodeConfig, demonstration.settings["episode"])
+    episode = Episode(demonstration.posture, config)
+    commands = demonstration.commands
+    targets = np.array([episode.kinematics.tcp_pose(q)[0] for q in commands])
+    return episode.play(
+        JointTrajectory(commands, demonstration.dt, targets, np.zeros(len(commands))), observer
+    )
