@@ -35,7 +35,7 @@ class TimeTPGMM:
         ridge: added to the conditional variances before the product over frames.
         blend: the share of the duration over which a path bends from a given start into the
             regression.
-        initialisation, options, rng: see ``TPGMM``.
+        shrinkage, initialisation, options, rng: see ``TPGMM``.
 
     Attributes:
         dt: time between the samples of a generated path in [s], the shortest of the
@@ -52,6 +52,7 @@ class TimeTPGMM:
         floor: float | tuple[float, float] = 1e-4,
         relative_floor: bool = False,
         time_scale: float = 0.1,
+        shrinkage: bool = False,
         ridge: float = 1e-4,
         blend: float = 0.25,
         initialisation: Initialisation = "time-bins",
@@ -70,6 +71,7 @@ class TimeTPGMM:
             encoding="time",
             floor=floor,
             relative_floor=relative_floor,
+            shrinkage=shrinkage,
             time_scale=time_scale,
             initialisation=initialisation,
             options=options,

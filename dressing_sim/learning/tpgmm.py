@@ -24,6 +24,7 @@ from dressing_sim.learning.em import EMOptions, EMRecord, Initialisation, Mixtur
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, Regression, check_fusion, lift, product, to_world
 from dressing_sim.learning.gmr import regression as prepare_regression
+from dressing_sim.learning.shrinkage import shrink_between
 
 Encoding = Literal["trajectory", "time"]
 
@@ -42,12 +43,15 @@ class TPGMM:
         dt: time between the samples in [s] that paths are resampled to, ``"trajectory"`` only; by
             default the demonstrations' own, which must then agree.
         time_scale: factor on time, ``"time"`` only; it sets how time weighs against position.
+        shrinkage: whether the regression uses covariances that are shrunk for few demonstrations,
+            see ``shrinkage``; the fit itself is the same. Not in the paper.
         initialisation: ``"time-bins"``, or ``"k-means"`` on the joint samples of all frames.
         options: when expectation-maximisation stops.
         rng: needed by ``"k-means"`` only.
 
     Attributes:
         mixture: the fitted ``Mixture``; None before ``fit``.
+        predictive: the ``Mixture`` that regression uses: ``mixture``, or its shrunk form.
         record: the ``EMRecord`` of the last fit; None before.
         step_time: time in [s] that a displacement spans, once fitted; None for ``"time"``.
 
@@ -64,6 +68,7 @@ class TPGMM:
         relative_floor: bool = False,
         dt: float | None = None,
         time_scale: float = 1.0,
+        shrinkage: bool = False,
         initialisation: Initialisation = "time-bins",
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
@@ -84,10 +89,12 @@ class TPGMM:
         self.relative_floor = relative_floor
         self.dt = dt
         self.time_scale = time_scale
+        self.shrinkage = shrinkage
         self.initialisation: Initialisation = initialisation
         self.options = options or EMOptions()
         self.rng = rng
         self.mixture: Mixture | None = None
+        self.predictive: Mixture | None = None
         self.record: EMRecord | None = None
         self.step_time: float | None = None
 
@@ -148,6 +155,9 @@ class TPGMM:
         else:
             initial = em.initialise_by_time(data, lengths, self.n_components, floor)
         self.mixture, self.record = em.fit_mixture(data, initial, floor, self.options)
+        self.predictive = self.mixture
+        if self.shrinkage:
+            self.predictive = shrink_between(self.mixture, data, lengths, blocks)
         if self.encoding == "trajectory":
             self.step_time = self._step_time(tuple(demonstrations))
         return self
@@ -191,7 +201,9 @@ class TPGMM:
         Raises:
             InvalidInputError: not fitted, or another number or dimension of frames.
         """
-        mixture = self.fitted()
+        self.fitted()
+        mixture = self.predictive
+        assert mixture is not None
         n_inputs, dimension = self.blocks(mixture.n_dims)
         if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
             raise InvalidInputError(
@@ -212,6 +224,7 @@ class TPGMM:
         """Settings and arrays for ``storage``."""
         mixture = self.fitted()
         assert self.record is not None
+        assert self.predictive is not None
         settings = {
             "n_components": self.n_components,
             "encoding": self.encoding,
@@ -219,6 +232,7 @@ class TPGMM:
             "relative_floor": self.relative_floor,
             "dt": self.dt,
             "time_scale": self.time_scale,
+            "shrinkage": self.shrinkage,
             "initialisation": self.initialisation,
             "options": asdict(self.options),
             "step_time": self.step_time,
@@ -228,6 +242,7 @@ class TPGMM:
             "priors": mixture.priors,
             "means": mixture.means,
             "covariances": mixture.covariances,
+            "predictive_covariances": self.predictive.covariances,
             "log_likelihoods": self.record.log_likelihoods,
         }
         return settings, arrays
@@ -242,6 +257,10 @@ class TPGMM:
         model = cls(fields.pop("n_components"), **fields)
         model.mixture = Mixture(arrays["priors"], arrays["means"], arrays["covariances"])
         model.mixture.check()
+        model.predictive = Mixture(
+            model.mixture.priors, model.mixture.means, arrays["predictive_covariances"]
+        )
+        model.predictive.check()
         model.record = EMRecord(arrays["log_likelihoods"], converged)
         model.step_time = step_time
         return model

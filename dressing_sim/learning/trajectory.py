@@ -62,7 +62,7 @@ class TrajectoryTPGMM:
             half of the shortest demonstration's duration.
         rest_count: see ``rest_speed``.
         step_limit: the path has at most this many times the longest demonstration's samples.
-        initialisation, options, rng: see ``TPGMM``.
+        shrinkage, initialisation, options, rng: see ``TPGMM``.
 
     Attributes:
         dt: time between the samples of a generated path in [s], once fitted.
@@ -83,6 +83,7 @@ class TrajectoryTPGMM:
         displacement_floor: float = 0.1,
         relative_floor: bool = True,
         samples: int = 200,
+        shrinkage: bool = False,
         shared: bool = True,
         end_radius: float = 0.2,
         rest_speed: float = 0.02,
@@ -109,6 +110,7 @@ class TrajectoryTPGMM:
             encoding="trajectory",
             floor=(position_floor, displacement_floor),
             relative_floor=relative_floor,
+            shrinkage=shrinkage,
             initialisation=initialisation,
             options=options,
             rng=rng,

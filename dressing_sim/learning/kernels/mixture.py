@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
+from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import FAST, cholesky, invert_lower
 
 BLOCK = 128  # samples worked on at a time, so that the buffers stay in the first-level cache
-NEGLIGIBLE = -40.0  # exp(-40) = 4e-18 of the largest term is lost in double precision anyway
 
 
 @njit(cache=True, error_model="numpy")
@@ -71,9 +71,8 @@ def block_responsibilities(
             largest[n] = max(largest[n], log[n])
     for k in range(n_components):
         log = logs[k]
+        exp_below_zero(log, largest, size)
         for n in range(size):
-            difference = log[n] - largest[n]
-            log[n] = np.exp(difference) if difference > NEGLIGIBLE else 0.0
             total[n] += log[n]
     log_likelihood = 0.0
     for n in range(size):

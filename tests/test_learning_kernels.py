@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+
+from dressing_sim.learning.kernels.exponential import exp_below_zero
+from dressing_sim.learning.kernels.linalg import cholesky, invert_definite, invert_lower
+
+
+def test_the_exponential_is_exact_to_rounding():
+    x = np.concatenate([-np.logspace(-12, np.log10(39.9), 2000), [0.0], -np.arange(1, 40) * 1.0])
+    shift = np.full_like(x, 3.0)
+    values = x + shift
+    expected = np.exp(values - shift)
+    exp_below_zero(values, shift, len(values))
+    np.testing.assert_allclose(values, expected, rtol=3e-15)
+
+
+def test_what_is_negligible_is_zero_and_the_rest_is_left_alone():
+    values = np.array([-41.0, -1e9, -np.inf, 0.0, 7.0])
+    exp_below_zero(values, np.zeros(5), 4)
+    np.testing.assert_array_equal(values, [0, 0, 0, 1, 7])
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 6])
+def test_factors_and_inverses(size):
+    root = np.random.default_rng(size).standard_normal((size, size))
+    matrix = root @ root.T + 0.1 * np.eye(size)
+    factor, lower, inverse = (np.full((size, size), np.nan) for _ in range(3))
+    assert cholesky(matrix, factor)
+    np.testing.assert_allclose(factor, np.linalg.cholesky(matrix))
+    lower[:] = 0.0
+    invert_lower(factor, lower)
+    np.testing.assert_allclose(lower @ factor, np.eye(size), atol=1e-10)
+    assert invert_definite(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
+    np.testing.assert_allclose(inverse, np.linalg.inv(matrix), rtol=1e-8)
+
+
+@pytest.mark.parametrize("matrix", [-np.eye(2), np.ones((2, 2)), np.full((2, 2), np.nan)])
+def test_a_matrix_that_is_not_definite_is_told(matrix):
+    assert not cholesky(matrix.astype(float), np.empty((2, 2)))
+    assert np.isnan(invert_definite(matrix.astype(float), np.empty((2, 2))))
