@@ -208,3 +208,20 @@ def test_unusable_questions_are_errors(policy):
         policy.generate(frames[:1], frames[0].b)
     with pytest.raises(InvalidInputError, match="fit"):
         TrajectoryTPGMM().generate(frames, frames[0].b)
+
+
+@pytest.mark.parametrize("fusion", ["regression-then-product", "product-then-regression"])
+@pytest.mark.parametrize("count", [1, 2])
+def test_no_floor_at_all_is_a_clear_error_or_a_sound_path(fusion, count):
+    line = np.linspace([0.0, 0, 0], [1.0, 0, 0], 50)
+    frames = (Frame(np.eye(3), np.zeros(3)), Frame(np.eye(3), [1.0, 0, 0]))
+    straight = SyntheticDemonstration(line, 0.1, frames)
+    policy = TrajectoryTPGMM(fusion=fusion, position_floor=0.0, displacement_floor=0.0)
+    for demonstrations in ([straight] * count, reaching_demonstrations(count)):
+        fault, path = "covariance floor", np.zeros(3)
+        try:
+            path = policy.fit(demonstrations).generate(demonstrations[0].frames, np.zeros(3))
+        except InvalidInputError as error:
+            fault = str(error)
+        assert "covariance floor" in fault
+        assert np.isfinite(path).all()

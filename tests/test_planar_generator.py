@@ -30,6 +30,16 @@ def test_a_seed_gives_the_same_demonstrations_and_another_one_others():
     assert not np.array_equal(a.training[0].positions, c.training[0].positions)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_the_situations_of_a_set_are_distinct(seed):
+    data = generate(seed)
+    for demonstrations in (data.training, data.validation):
+        origins = np.array([d.frames[1].b for d in demonstrations])
+        cells = np.floor(3 * (origins - [-0.4, -0.1]) / [1.15, 0.85])
+        for axis in cells.T:
+            assert sorted(axis) == [0, 1, 2]
+
+
 def test_people_vary():
     data = generate(0)
     starts = np.array([d.positions[0] for d in data.training])

@@ -141,10 +141,25 @@ class Regression:
         )
 
     def __call__(self, queries: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Conditional means (T, o) and covariances (T, o, o) for queries (T, i)."""
+        """Conditional means (T, o) and covariances (T, o, o) for queries (T, i).
+
+        Raises:
+            InvalidInputError: a conditional covariance is singular.
+        """
         from dressing_sim.learning.kernels.regression import regress
 
-        return regress(np.ascontiguousarray(queries, dtype=np.float64), *self.arrays())
+        points = np.ascontiguousarray(queries, dtype=np.float64)
+        means, covariances = regress(points, *self.arrays())
+        return check_finite(means), covariances
+
+
+def check_finite(path: FloatArray) -> FloatArray:
+    """The path itself, or an error where a covariance was too near to singular to give one."""
+    if not np.isfinite(path).all():
+        raise InvalidInputError(
+            "the regression is singular: use a larger covariance floor or fewer components"
+        )
+    return path
 
 
 def regression(

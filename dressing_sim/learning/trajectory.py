@@ -22,7 +22,7 @@ from dressing_sim.learning.demonstrations import (
 from dressing_sim.learning.em import EMOptions, Initialisation
 from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame
-from dressing_sim.learning.gmr import FusionOrder, check_fusion
+from dressing_sim.learning.gmr import FusionOrder, check_finite, check_fusion
 from dressing_sim.learning.tpgmm import TPGMM
 
 _SETTINGS = (
@@ -178,8 +178,8 @@ class TrajectoryTPGMM:
             Positions (T, p) in world coordinates, ``dt`` apart.
 
         Raises:
-            InvalidInputError: not fitted, other frames than learned from, or a start that is not
-                finite.
+            InvalidInputError: not fitted, other frames than learned from, a start that is not
+                finite, or a floor so low that the regression is singular.
         """
         from dressing_sim.learning.kernels.regression import integrate
 
@@ -201,7 +201,7 @@ class TrajectoryTPGMM:
             end_point.predict(frames),
             self.end_radius * self._mean_length,
         )
-        return integrate(origin, *arguments)
+        return check_finite(integrate(origin, *arguments))
 
     def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
         """The motion for a demonstration's own situation, from its own first position."""

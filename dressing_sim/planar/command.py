@@ -40,10 +40,11 @@ def planar(
     Prints the paper's Table I (training and validation cost, three methods, two selections), best
     and mean of all runs, next to the paper's figures.
 
-    Examples:
-        dressing-sim planar
-        dressing-sim planar --demos Demos.mat --components 8 --json
-        dressing-sim planar --fusion product-then-regression --out results/
+    For example, on generated demonstrations, with figures, and on the authors' own:
+
+    dressing-sim planar --out results/planar
+
+    dressing-sim planar --demos Demos.mat --components 8 --json
 
     Args:
         demos: demonstrations, .npz (t, xy, A, b) or the paper's authors' .mat; without it they are

@@ -2,16 +2,17 @@
 
 The movement starts at the bottom of the start box, leaves it through its mouth, and ends at the
 bottom of the goal box. The demonstrator's waypoints, timing and speed vary as a person's do; a path
-that would touch a wall is drawn again, and so is a situation in which no path can be found.
+that would touch a wall is drawn again, in another situation.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.learning.frame import FloatArray, Frame, Situation
-from dressing_sim.learning.sampling import FrameBounds
+from dressing_sim.learning.sampling import FrameBounds, rotation
 from dressing_sim.planar.box import MOUTH, outline, violation
 
 SCALE = np.sqrt(0.1)  # of the boxes' frames, as in the paper's task
@@ -31,7 +32,7 @@ DT = 0.01  # [s]
 LATERAL_SD = 0.035  # of waypoints in a channel of half-width 0.15, local units
 TIMING_SD = 0.06
 CLEARANCE = 0.01  # world units kept from the walls
-ATTEMPTS = 200
+ATTEMPTS = 50  # at a clear path in one cell, before the whole set is drawn anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,20 +44,38 @@ class PlanarData:
 
 
 def generate(seed: int, n_training: int = 3, n_validation: int = 3) -> PlanarData:
-    """Demonstrations in random situations; the same seed gives the same ones, bit for bit."""
+    """Demonstrations in random situations; the same seed gives the same ones, bit for bit.
+
+    Each of the two sets is a Latin hypercube over the goal's angle and position, so that its
+    situations are distinct, as the paper asks of initial demonstrations.
+    """
     rng = np.random.default_rng(seed)
-    demonstrations = [demonstrate(rng) for _ in range(n_training + n_validation)]
-    return PlanarData(tuple(demonstrations[:n_training]), tuple(demonstrations[n_training:]))
+    return PlanarData(_demonstrate(n_training, rng), _demonstrate(n_validation, rng))
 
 
-def demonstrate(rng: np.random.Generator) -> SyntheticDemonstration:
-    """One demonstration in a random situation, clear of both boxes' walls."""
+def _demonstrate(count: int, rng: np.random.Generator) -> tuple[SyntheticDemonstration, ...]:
+    """``count`` demonstrations in distinct situations, clear of both boxes' walls."""
     while True:
-        frames = (START, GOAL_BOUNDS.sample(rng))
-        for _ in range(10):
-            path = SyntheticDemonstration(_path(frames, rng), DT, frames)
-            if _clear(path):
-                return path
+        cells = np.stack([rng.permutation(count) for _ in range(3)], axis=1)
+        demonstrations = [_in_cell(cell, count, rng) for cell in cells]
+        found = tuple(d for d in demonstrations if d is not None)
+        if len(found) == count:
+            return found
+
+
+def _in_cell(
+    cell: NDArray[np.int64], count: int, rng: np.random.Generator
+) -> SyntheticDemonstration | None:
+    """A demonstration with its goal in one cell of the hypercube; None if there is no clear one."""
+    low = np.concatenate([GOAL_BOUNDS.angles[0], GOAL_BOUNDS.translation[0]])
+    high = np.concatenate([GOAL_BOUNDS.angles[1], GOAL_BOUNDS.translation[1]])
+    for _ in range(ATTEMPTS):
+        angle, *origin = low + (high - low) * (cell + rng.random(3)) / count
+        frames = (START, Frame(rotation(angle) @ GOAL_BASE, np.array(origin)))
+        path = SyntheticDemonstration(_path(frames, rng), DT, frames)
+        if _clear(path):
+            return path
+    return None
 
 
 def _clear(path: SyntheticDemonstration) -> bool:
