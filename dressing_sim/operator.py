@@ -31,19 +31,22 @@ class OperatorConfig:
     """Over the forearm [m]."""
     elbow_height: float = 0.085
     """On arrival at the elbow [m]."""
-    outer_height: float = 0.010
+    outer_height: float = 0.005
     """Beside a right-angled elbow, on its outside; straighter arms are passed higher [m]."""
-    outer_distance: float = 0.15
+    outer_distance: float = 0.14
     """Farthest from the upper arm's axis, sideways, when passing the elbow [m]."""
-    overshoot: float = 0.18
+    overshoot: float = 0.16
     """How far the gripper goes on along the forearm's line beyond the elbow [m]."""
     upper_height: float = 0.085
     """Over the upper arm if the arm is straight [m]."""
-    upper_outer_height: float = 0.050
+    upper_outer_height: float = 0.035
     """Over the upper arm after a right-angled elbow [m]."""
-    upper_distance: float = 0.12
+    upper_distance: float = 0.135
     """Sideways from the upper arm after a right-angled elbow [m]."""
-    upper_fraction: float = 0.55
+    slope_lift: float = 0.06
+    """How much higher beside and over an upper arm that points straight down, in proportion to
+    the sine of its slope: else the hand, wider than the fingers, would touch the arm [m]."""
+    upper_fraction: float = 0.65
     """Where along the upper arm the last waypoint before the shoulder is, 0 elbow, 1 shoulder."""
     shoulder_height: float = 0.090
     """Over the shoulder at the end [m]."""
@@ -51,9 +54,9 @@ class OperatorConfig:
     """Mean speed of the gripper [m/s]."""
     speed_variation: float = 0.15
     """Standard deviation of the logarithm of the speed."""
-    height_variation: float = 0.005
+    height_variation: float = 0.004
     """Standard deviation of all heights of one path together [m]."""
-    waypoint_variation: float = 0.005
+    waypoint_variation: float = 0.004
     """Standard deviation of each waypoint, each coordinate [m]."""
     sway: float = 0.002
     """Amplitude of slow drift, below 1 Hz [m]."""
@@ -112,8 +115,10 @@ class Operator:
         # A nearly straight arm needs no detour.
         overshoot = config.overshoot * min(1.0, 2.0 * np.linalg.norm(np.cross(along_forearm, along_upper)))  # noqa: E501
 
+        lift = raised + config.slope_lift * bend * max(along_upper[2], 0.0)
+
         def between(straight: float, bent: float) -> float:
-            return straight + (bent - straight) * bend + raised
+            return straight + (bent - straight) * bend + lift
 
         on_forearm = wrist + 0.4 * (elbow - wrist) + (config.forearm_height + raised) * over_forearm
         at_elbow = elbow - 0.02 * along_forearm + (config.elbow_height + raised) * over_forearm

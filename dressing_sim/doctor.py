@@ -1,0 +1,81 @@
+"""Checks of an installation, each with what to do if it fails."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from dressing_sim.demonstration import versions
+from dressing_sim.errors import DressingSimError
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Result of one check.
+
+    Attributes:
+        name: What was checked.
+        ok: Whether it works.
+        detail: What was found, or what to do.
+        needed: Whether evaluation needs it; pictures alone do not make an installation broken.
+    """
+
+    name: str
+    ok: bool
+    detail: str
+    needed: bool = True
+
+
+def examine() -> Iterator[Finding]:
+    """Run all checks, one after the other."""
+    yield Finding("python", sys.version_info >= (3, 11), platform.python_version())
+    yield _check("packages", lambda: ", ".join(f"{k} {v}" for k, v in versions().items()))
+    yield _check("robot description", _robot)
+    yield _check("simulation", _simulation)
+    yield _check("suites", _suites)
+    yield from _rendering()
+    yield Finding("processors", True, f"{os.cpu_count()}", needed=False)
+
+
+def _check(name: str, work: Callable[[], str]) -> Finding:
+    try:
+        return Finding(name, True, work())
+    except Exception as error:  # a doctor reports whatever is wrong and goes on
+        return Finding(name, False, f"{type(error).__name__}: {error}")
+
+
+def _robot() -> str:
+    from dressing_sim.control import PandaKinematics
+    from dressing_sim.world.panda import HOME, urdf_path
+
+    position, _ = PandaKinematics().tcp_pose(HOME)
+    return f"{urdf_path()}, gripper at rest at {position.round(3).tolist()} m"
+
+
+def _simulation() -> str:
+    from dressing_sim.benchmark.suites import load_suite
+    from dressing_sim.episode import Episode
+
+    episode = Episode(load_suite("paper5")[0])
+    if episode.world.void_reason is not None:
+        raise DressingSimError(episode.world.void_reason)
+    return f"the sleeve has settled in {episode.world.time:.2f} s of simulated time"
+
+
+def _suites() -> str:
+    from dressing_sim.benchmark.suites import load_suite, suite_names
+
+    return ", ".join(f"{name} ({len(load_suite(name))})" for name in suite_names())
+
+
+def _rendering() -> Iterator[Finding]:
+    from dressing_sim.world.rendering import BACKENDS, INSTALL_HINT, probe
+
+    faults = {backend: probe(backend) for backend in BACKENDS}
+    for backend, fault in faults.items():
+        yield Finding(f"pictures through {backend}", fault is None, fault or "works", needed=False)
+    if all(faults.values()):
+        yield Finding("pictures", False, INSTALL_HINT, needed=False)

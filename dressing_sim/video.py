@@ -1,0 +1,88 @@
+"""A film of an episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import imageio.v2 as imageio
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import replacing
+from dressing_sim.world.rendering import OffscreenRenderer
+from dressing_sim.world.scene import WorldConfig
+from dressing_sim.world.simulation import World
+
+FORMATS = (".mp4", ".gif", ".webm")
+
+
+class Film:
+    """Keeps the scene's positions during an episode, to be drawn afterwards.
+
+    Pass `expose` as the observer of an episode.
+
+    Args:
+        fps: Pictures a second of simulated time.
+    """
+
+    def __init__(self, fps: int = 25) -> None:
+        self.fps = fps
+        self._states: list[NDArray[np.float64]] = []
+        self._next = -np.inf
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+    def expose(self, world: World) -> None:
+        """Take a picture if it is time for one."""
+        # Half a microsecond of slack: times are sums of time steps.
+        if world.time >= self._next - 5e-7:
+            self._states.append(world.data.qpos.copy())
+            self._next = max(self._next, world.time) + 1.0 / self.fps
+
+    def write(
+        self,
+        path: str | Path,
+        posture: Posture,
+        config: WorldConfig,
+        camera: str = "front",
+        width: int = 960,
+        height: int = 720,
+    ) -> None:
+        """Draw and encode the film; the file is whole or not there.
+
+        Args:
+            path: Where to; its suffix says the format, one of `FORMATS`.
+            posture: The arm of the episode.
+            config: The world of the episode.
+            camera: One of `dressing_sim.world.rendering.CAMERAS`.
+            width: Of a picture [pixels].
+            height: Of a picture [pixels].
+
+        Raises:
+            DressingSimError: No OpenGL works here.
+            InvalidInputError: The suffix is not one of `FORMATS`.
+        """
+        check_format(path)
+        with (
+            OffscreenRenderer(posture, config, width, height) as renderer,
+            replacing(path) as temporary,
+        ):
+            options = {"duration": 1000 / self.fps, "loop": 0} if _is_gif(path) else {"fps": self.fps}
+            with imageio.get_writer(temporary, **options) as writer:
+                for state in self._states:
+                    writer.append_data(renderer.draw(state, camera))
+
+
+def check_format(path: str | Path) -> None:
+    """Raise InvalidInputError unless a film can be written to a file of this name."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InvalidInputError(
+            f"video {path}: unknown format {Path(path).suffix!r}, valid is {', '.join(FORMATS)}"
+        )
+
+
+def _is_gif(path: str | Path) -> bool:
+    return Path(path).suffix.lower() == ".gif"
