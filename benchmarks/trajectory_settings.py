@@ -21,12 +21,9 @@ DT = 0.05  # [s]
 REACHED, ON_THE_WAY = 0.08, 0.10  # [m]
 
 SETTINGS = {
-    "defaults": {},
-    "regression-then-product": {"fusion": "regression-then-product"},
-    "regression-then-product, own responsibilities": {
-        "fusion": "regression-then-product",
-        "shared": False,
-    },
+    "defaults (regression-then-product, floors 10 %, 10 %, K = 4)": {},
+    "each frame its own responsibilities": {"shared": False},
+    "product-then-regression": {"fusion": "product-then-regression"},
     "floors 1e-4 m^2, 1e-4 m^2 (as pbdlib)": {
         "relative_floor": False,
         "position_floor": 1e-4,

@@ -134,7 +134,7 @@ def test_a_demonstrated_rest_is_where_the_path_ends(policy):
     for demonstration in reaching_demonstrations(5):
         path = policy.generate(demonstration.frames, demonstration.positions[0])
         assert len(path) < policy.max_samples
-        assert np.linalg.norm(path[-1] - demonstration.positions[-1]) < 0.05
+        assert np.linalg.norm(path[-1] - demonstration.positions[-1]) < 0.1
 
 
 def test_without_an_end_radius_the_path_still_ends():
@@ -151,7 +151,7 @@ def test_demonstrations_of_unequal_length_and_sampling():
     policy = TrajectoryTPGMM().fit(demonstrations)
     durations = [(len(d.positions) - 1) * d.dt for d in demonstrations]
     assert policy.dt == pytest.approx(np.mean(durations) / 199)
-    assert policy.cost(demonstrations) < 0.03
+    assert policy.cost(demonstrations) < 0.05
 
 
 def test_the_path_moves_at_about_the_demonstrated_speed(policy):
@@ -225,3 +225,17 @@ def test_no_floor_at_all_is_a_clear_error_or_a_sound_path(fusion, count):
             fault = str(error)
         assert "covariance floor" in fault
         assert np.isfinite(path).all()
+
+
+def test_components_that_split_by_demonstration_do_no_harm_in_the_default_order():
+    """Clean demonstrations that differ get components of their own; each frame alone sees which."""
+
+    def frames(goal):
+        return Frame(np.eye(3), np.zeros(3)), Frame(np.eye(3), goal)
+
+    way = np.linspace(0.0, 1.0, 100)[:, None]
+    demonstrations = [
+        SyntheticDemonstration(way ** [1, bend, 3] * goal, 0.05, frames(goal))
+        for goal, bend in (([0.5, 0.3, 0.2], 1.5), ([0.3, -0.3, 0.4], 3))
+    ]
+    assert TrajectoryTPGMM().fit(demonstrations).cost(demonstrations) < 0.01

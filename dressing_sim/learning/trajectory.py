@@ -78,7 +78,7 @@ class TrajectoryTPGMM:
         self,
         n_components: int = 4,
         *,
-        fusion: FusionOrder = "product-then-regression",
+        fusion: FusionOrder = "regression-then-product",
         position_floor: float = 0.1,
         displacement_floor: float = 0.1,
         relative_floor: bool = True,
