@@ -1,0 +1,57 @@
+import os
+import stat
+
+import pytest
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import replacing, write_text
+
+
+def test_a_file_is_written_with_its_folders(tmp_path):
+    target = tmp_path / "a" / "b" / "text.txt"
+    write_text(target, "grüezi\n")
+    assert target.read_text(encoding="utf-8") == "grüezi\n"
+    assert list(target.parent.iterdir()) == [target]
+
+
+def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path):
+    target = tmp_path / "text.txt"
+    target.write_text("old")
+    with replacing(target) as temporary:
+        temporary.write_text("new")
+        assert target.read_text() == "old"
+        assert temporary.suffix == target.suffix
+    assert target.read_text() == "new"
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_after_an_error_the_old_file_is_left_and_nothing_else(tmp_path, error):
+    target = tmp_path / "text.txt"
+    target.write_text("old")
+
+    def fail():
+        with replacing(target) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_is_as_readable_as_any_new_one(tmp_path):
+    other = tmp_path / "other.txt"
+    other.touch()
+    write_text(tmp_path / "text.txt", "")
+    mode = os.stat(tmp_path / "text.txt").st_mode
+    assert stat.S_IMODE(mode) == stat.S_IMODE(os.stat(other).st_mode)
+
+
+def test_a_place_that_cannot_be_written_is_an_error_that_names_it(tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    for target in (tmp_path / "file" / "text.txt", tmp_path / "folder"):
+        with pytest.raises(InvalidInputError, match=str(target)):
+            write_text(target, "text")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
