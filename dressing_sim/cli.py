@@ -97,14 +97,14 @@ def demonstrate(
         seed: of the operator's variability.
         json: print what was recorded as JSON.
     """
-    from dressing_sim.benchmark.runner import demonstration_seed
+    from dressing_sim.benchmark.runner import posture_seed
     from dressing_sim.benchmark.suites import load_suite
     from dressing_sim.demonstration import save_demonstrations
     from dressing_sim.episode import demonstrate as record_one
 
     recorded, lines = [], []
     for posture in load_suite(suite):
-        demonstration, outcome = record_one(posture, demonstration_seed(seed, posture))
+        demonstration, outcome = record_one(posture, posture_seed(seed, posture))
         verdict = "success" if outcome.success else outcome.void or ", ".join(outcome.reasons)
         print(f"{posture.name}: {verdict}", file=sys.stderr)
         if demonstration is None or not outcome.success:
@@ -113,7 +113,9 @@ def demonstrate(
                 "written, choose another seed or posture"
             )
         recorded.append(demonstration)
-        lines.append({"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()})
+        lines.append(
+            {"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()}
+        )
     save_demonstrations(out, recorded)
     if json:
         print(json_format.dumps({"file": str(out), "demonstrations": lines}, indent=2))
@@ -148,7 +150,11 @@ def learn(
     fitted = fresh.fit(recorded)
     save_model(fitted, out)
     if json:
-        print(json_format.dumps({"policy": policy, "n_demonstrations": len(recorded), "file": str(out)}))
+        print(
+            json_format.dumps(
+                {"policy": policy, "n_demonstrations": len(recorded), "file": str(out)}
+            )
+        )
     else:
         print(f"{policy} learned from {len(recorded)} demonstrations, written to {out}")
 
@@ -191,11 +197,15 @@ def dress(
             raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
         gl_backend()  # without OpenGL, say so before simulating
     source = _source(policy)
-    outcome = record(source, arm, seed, config, film.expose if film else None).outcome
+    outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
     if film is not None and video is not None:
         film.write(video, arm, config.world, camera)
     if json:
-        print(json_format.dumps({"posture": arm.to_dict(), "policy": policy, **outcome.to_dict()}, indent=2))
+        print(
+            json_format.dumps(
+                {"posture": arm.to_dict(), "policy": policy, **outcome.to_dict()}, indent=2
+            )
+        )
         return
     print(f"{arm.name}: {'success' if outcome.success else outcome.void or 'failure'}")
     for failure in outcome.failures:

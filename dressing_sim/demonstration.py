@@ -22,7 +22,16 @@ FORMAT = "dressing_sim demonstrations"
 FORMAT_VERSION = 1
 
 #: Packages whose version can change the bits of a simulation.
-VERSIONED = ("dressing-sim", "mujoco", "pin", "pin-pink", "daqp", "numpy", "scipy", "example-robot-data")
+VERSIONED = (
+    "dressing-sim",
+    "mujoco",
+    "pin",
+    "pin-pink",
+    "daqp",
+    "numpy",
+    "scipy",
+    "example-robot-data",
+)
 
 
 def versions() -> dict[str, str]:
@@ -135,7 +144,9 @@ def _read(group: h5py.Group, path: str | Path) -> Demonstration:
     # The joints are stored for readers that do not know our angles; they must agree with them.
     stored = situation(*(group[joint][:] for joint in ("shoulder", "elbow", "wrist")))
     for ours, theirs in zip(posture.frames(), stored, strict=True):
-        if not (np.allclose(ours.A, theirs.A, atol=1e-9) and np.allclose(ours.b, theirs.b, atol=1e-9)):
+        if not (
+            np.allclose(ours.A, theirs.A, atol=1e-9) and np.allclose(ours.b, theirs.b, atol=1e-9)
+        ):
             raise InvalidInputError(
                 f"{path}: the joints of posture {posture.name!r} do not match its angles; "
                 "the file was made with another version or edited"

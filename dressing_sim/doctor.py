@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from dressing_sim.demonstration import versions
 from dressing_sim.errors import DressingSimError
 
@@ -51,7 +53,7 @@ def _robot() -> str:
     from dressing_sim.control import PandaKinematics
     from dressing_sim.world.panda import HOME, urdf_path
 
-    position, _ = PandaKinematics().tcp_pose(HOME)
+    position, _ = PandaKinematics().tcp_pose(np.array(HOME))
     return f"{urdf_path()}, gripper at rest at {position.round(3).tolist()} m"
 
 

@@ -215,7 +215,9 @@ def checked_path(path: object, name: str) -> NDArray[np.float64]:
     try:
         array = np.asarray(path, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name}: returned {path!r:.60}, valid is an array (T, 3)") from error
+        raise InvalidInputError(
+            f"{name}: returned {path!r:.60}, valid is an array (T, 3)"
+        ) from error
     if array.ndim != 2 or array.shape[1] != 3 or len(array) < 2:
         raise InvalidInputError(
             f"{name}: returned an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"

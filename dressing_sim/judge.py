@@ -28,7 +28,13 @@ REASONS = (
 )
 
 #: Names of the parts of the arm by the arm coordinate at which they begin.
-_REGIONS = ((-np.inf, "hand"), (0.0, "forearm"), (0.75, "elbow"), (1.35, "upper arm"), (1.85, "shoulder"))  # noqa: E501
+_REGIONS = (
+    (-np.inf, "hand"),
+    (0.0, "forearm"),
+    (0.75, "elbow"),
+    (1.35, "upper arm"),
+    (1.85, "shoulder"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +55,7 @@ class Thresholds:
     strain_percentile: float = 95.0
     """Which part of the cloth's area is judged [%]."""
     grip_force: float = 10.0
-    """Largest pull on the cloth [N]: the preferred limit of Assistive Gym (Erickson et al. 2020)."""
+    """Largest pull on the cloth [N]: Assistive Gym's preferred limit (Erickson et al. 2020)."""
     link_force: float = 50.0
     """Largest net force of cloth on one link of the arm [N]: a third of the 140 to 160 N that
     ISO/TS 15066 allows on hand and arm, quasi-static."""
@@ -183,9 +189,7 @@ def judge(
     failures: list[Failure] = []
 
     def add(reason: str, detail: str, row: int) -> None:
-        failures.append(
-            Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row]))
-        )
+        failures.append(Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row])))
 
     last = len(trace) - 1
     held = slice(max(0, len(trace) - round(rules.hold_time / trace.dt)), None)
@@ -209,7 +213,7 @@ def judge(
         add("ring_off", f"the sleeve came off the arm at the {region(s)}", row)
     if trace.hit.any():
         row = int(np.argmax(trace.hit.any(axis=1)))
-        touched = [link for link, hit in zip(trace.links, trace.hit.any(axis=0), strict=True) if hit]
+        touched = [trace.links[i] for i in np.flatnonzero(trace.hit.any(axis=0))]
         add("hit", f"the robot touched {', '.join(touched)}", row)
     moment = round(rules.moment / trace.dt)
     row_strain = first_excess(trace.strain, rules.strain, moment)

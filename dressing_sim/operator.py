@@ -43,7 +43,7 @@ class OperatorConfig:
     """Over the upper arm after a right-angled elbow [m]."""
     upper_distance: float = 0.135
     """Sideways from the upper arm after a right-angled elbow [m]."""
-    slope_lift: float = 0.06
+    slope_lift: float = 0.12
     """How much higher beside and over an upper arm that points straight down, in proportion to
     the sine of its slope: else the hand, wider than the fingers, would touch the arm [m]."""
     upper_fraction: float = 0.65
@@ -113,7 +113,8 @@ class Operator:
         if bend > 0.0:
             outside = outside / bend
         # A nearly straight arm needs no detour.
-        overshoot = config.overshoot * min(1.0, 2.0 * np.linalg.norm(np.cross(along_forearm, along_upper)))  # noqa: E501
+        turn = float(np.linalg.norm(np.cross(along_forearm, along_upper)))
+        overshoot = config.overshoot * min(1.0, 2.0 * turn)
 
         lift = raised + config.slope_lift * bend * max(along_upper[2], 0.0)
 
@@ -122,7 +123,7 @@ class Operator:
 
         on_forearm = wrist + 0.4 * (elbow - wrist) + (config.forearm_height + raised) * over_forearm
         at_elbow = elbow - 0.02 * along_forearm + (config.elbow_height + raised) * over_forearm
-        ahead = overshoot * max(forward, 0.0)
+        ahead = overshoot * max(float(forward), 0.0)
         round_elbow = (
             elbow
             + between(config.elbow_height, config.outer_height) * over_upper
@@ -162,7 +163,7 @@ def _across(direction: Vector, axis: Vector) -> Vector:
 
 
 def _minimum_jerk(x: Vector) -> Vector:
-    """Fraction of a reach covered at a fraction of its time, mostly even, with a soft start and end.
+    """Fraction of a reach covered at a fraction of its time: even, with a soft start and end.
 
     A blend of constant speed and the minimum-jerk profile of Flash and Hogan (1985),
     ``10 x^3 - 15 x^4 + 6 x^5``.

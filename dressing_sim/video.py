@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import imageio.v2 as imageio
 import numpy as np
@@ -48,8 +49,8 @@ class Film:
         posture: Posture,
         config: WorldConfig,
         camera: str = "front",
-        width: int = 960,
-        height: int = 720,
+        width: int = 640,
+        height: int = 480,
     ) -> None:
         """Draw and encode the film; the file is whole or not there.
 
@@ -70,8 +71,11 @@ class Film:
             OffscreenRenderer(posture, config, width, height) as renderer,
             replacing(path) as temporary,
         ):
-            options = {"duration": 1000 / self.fps, "loop": 0} if _is_gif(path) else {"fps": self.fps}
-            with imageio.get_writer(temporary, **options) as writer:
+            options = (
+                {"duration": 1000 / self.fps, "loop": 0} if _is_gif(path) else {"fps": self.fps}
+            )
+            writer: Any = imageio.get_writer(temporary, **options)
+            with writer:
                 for state in self._states:
                     writer.append_data(renderer.draw(state, camera))
 

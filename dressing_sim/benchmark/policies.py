@@ -44,11 +44,14 @@ def make_policy(name: str) -> Policy:
         factory = _import(name)
     else:
         valid = ", ".join([EXPERT, "default", *BUILT_IN, *installed])
-        raise InvalidInputError(f"unknown policy {name!r}; valid is one of {valid}, or module:Class")
+        raise InvalidInputError(
+            f"unknown policy {name!r}; valid is one of {valid}, or module:Class"
+        )
     policy = factory()
     if not isinstance(policy, Policy):
         raise InvalidInputError(
-            f"policy {name!r}: valid is a class with fit(demonstrations) and generate(frames, start)"
+            f"policy {name!r}: valid is a class with fit(demonstrations) and "
+            "generate(frames, start)"
         )
     return policy
 
@@ -61,4 +64,4 @@ def _import(name: str) -> Callable[[], object]:
         raise InvalidInputError(f"policy {name!r}: {error}") from error
     if not callable(factory):
         raise InvalidInputError(f"policy {name!r}: not a class")
-    return factory  # type: ignore[no-any-return]
+    return factory

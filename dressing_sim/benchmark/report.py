@@ -24,7 +24,9 @@ def summarise(
         ``{"rows": [...], "versions": {...}, "config": {...}}``, percentages from 0 to 100.
     """
     return {
-        "rows": [_row(entry, [r for r in results if r.entry == entry]) for entry in protocol.entries],
+        "rows": [
+            _row(entry, [r for r in results if r.entry == entry]) for entry in protocol.entries
+        ],
         "versions": versions(),
         "config": {"protocol": protocol.name, "suite": protocol.suite, **settings},
     }
@@ -122,8 +124,8 @@ def markdown(
             "",
             markdown_table(table(summary)),
             "",
-            "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth was "
-            "neither stretched nor pulled too far. One episode can fail for several reasons. "
+            "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth "
+            "was neither stretched nor pulled too far. One episode can fail for several reasons. "
             "Intervals are Wilson's.",
             "",
             "## Episodes",

@@ -86,20 +86,19 @@ def run_protocol(
             make_policy(entry.policy)  # an unknown name is reported before anything runs
     recorded = _demonstrate(suites, executor, seed, config, report)
 
-    jobs: list[tuple[Entry, Posture, Future[Outcome]]] = []
+    jobs: dict[Future[Outcome], tuple[Entry, Posture, int]] = {}
     for entry in protocol.entries:
         policy = _trained(entry, recorded)
         for posture in postures:
-            future = executor.submit(_episode, policy, posture, seed, config)
-            jobs.append((entry, posture, future))
-    places = {future: (entry, posture) for entry, posture, future in jobs}
+            own_seed = posture_seed(seed, posture)
+            future = executor.submit(_episode, policy, posture, own_seed, config)
+            jobs[future] = entry, posture, own_seed
     finished: list[EpisodeResult] = []
     report("episodes", 0, len(jobs), finished)
-    for future in as_completed(places):
-        entry, posture = places[future]
-        finished.append(EpisodeResult(entry, posture, seed, future.result()))
+    for future in as_completed(jobs):
+        finished.append(EpisodeResult(*jobs[future], future.result()))
         report("episodes", len(finished), len(jobs), finished)
-    return [EpisodeResult(e, posture, seed, future.result()) for e, posture, future in jobs]
+    return [EpisodeResult(*place, future.result()) for future, place in jobs.items()]
 
 
 def _trained(entry: Entry, recorded: dict[str, list[Demonstration]]) -> Policy | Operator:
@@ -125,7 +124,7 @@ def _demonstrate(
     postures = list(dict.fromkeys(posture for suite in suites.values() for posture in suite))
     futures = {
         # Each demonstration varies in its own way, whatever the order and the other suites.
-        posture: executor.submit(demonstrate, posture, demonstration_seed(seed, posture), None, config)
+        posture: executor.submit(demonstrate, posture, posture_seed(seed, posture), None, config)
         for posture in postures
     }
     if futures:
@@ -145,7 +144,10 @@ def _demonstrate(
     return {name: [recorded[posture] for posture in suite] for name, suite in suites.items()}
 
 
-def demonstration_seed(seed: int, posture: Posture) -> int:
-    """Seed of the demonstration on a posture: depends on both, and on nothing else."""
+def posture_seed(seed: int, posture: Posture) -> int:
+    """Seed of the operator on a posture, so that no two postures get the same variability.
+
+    It depends on both arguments and on nothing else: not on the order, nor on the other postures.
+    """
     digits = "".join(f"{ord(letter):03d}" for letter in posture.name)
     return (seed * 1_000_003 + int(digits)) % 2**32

@@ -25,7 +25,7 @@ class PostureDistribution:
     from horizontal, as somebody does who is helped into a sleeve. Own choice.
     """
 
-    flexion_deg: tuple[float, float] = (45.0, 90.0)
+    flexion_deg: tuple[float, float] = (52.0, 90.0)
     abduction_deg: tuple[float, float] = (0.0, 55.0)
     rotation_deg: tuple[float, float] = (10.0, 70.0)
     elbow_deg: tuple[float, float] = (5.0, 70.0)
@@ -170,7 +170,9 @@ def find_posture(name: str) -> Posture:
             raise InvalidInputError(
                 f"posture {name!r}: valid is FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in degrees"
             )
-        return Posture(name, *angles, size=parts[4] if len(parts) == 5 else "male")
+        flexion, abduction, rotation, elbow = angles
+        size = parts[4] if len(parts) == 5 else "male"
+        return Posture(name, flexion, abduction, rotation, elbow, size)
     known = {posture.name: posture for suite in suite_names() for posture in load_suite(suite)}
     if name not in known:
         raise InvalidInputError(

@@ -7,6 +7,7 @@ below 0 and the trunk above 2, each in units of the neighbouring segment's lengt
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +76,7 @@ class ArmAxis:
         a = rings - centre
         b = np.roll(rings, -1, axis=1) - centre
         total = np.zeros(len(rings), dtype=np.int64)
-        for start, end in zip(chain[:-1], chain[1:], strict=True):
+        for start, end in pairwise(chain):
             total -= _crossings(start - centre, end - centre, a, b).sum(axis=1)
         return total
 

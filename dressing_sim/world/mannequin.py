@@ -50,7 +50,9 @@ def add_mannequin(
     middle = shoulder - SHOULDER_TO_MIDLINE * LEFT
     chest = middle - 0.05 * UP
 
-    def link(name: str, rgba: tuple[float, ...], *parts: tuple[np.ndarray, np.ndarray | None, float]) -> None:  # noqa: E501
+    def link(
+        name: str, rgba: tuple[float, ...], *parts: tuple[np.ndarray, np.ndarray | None, float]
+    ) -> None:
         body = spec.worldbody.add_body(name=name)
         for number, (start, end, radius) in enumerate(parts):
             shared = {
@@ -74,8 +76,18 @@ def add_mannequin(
                 )
 
     # Spheres at shoulder, elbow and wrist are a little larger than the capsules they join.
-    link("hand", SKIN, (wrist, fingers, 0.62 * size.hand_radius), (fingers, None, 0.72 * size.hand_radius))
-    link("forearm", SKIN, (wrist, elbow, size.forearm_radius), (wrist, None, 1.02 * size.forearm_radius))
+    link(
+        "hand",
+        SKIN,
+        (wrist, fingers, 0.62 * size.hand_radius),
+        (fingers, None, 0.72 * size.hand_radius),
+    )
+    link(
+        "forearm",
+        SKIN,
+        (wrist, elbow, size.forearm_radius),
+        (wrist, None, 1.02 * size.forearm_radius),
+    )
     link(
         "upper_arm",
         SKIN,

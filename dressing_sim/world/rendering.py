@@ -85,7 +85,7 @@ class OffscreenRenderer:
     """
 
     def __init__(
-        self, posture: Posture, config: WorldConfig, width: int = 960, height: int = 720
+        self, posture: Posture, config: WorldConfig, width: int = 640, height: int = 480
     ) -> None:
         backend = gl_backend()
         spec, _ = build_spec(posture, config)

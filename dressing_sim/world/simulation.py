@@ -56,7 +56,9 @@ class World:
         self._lag = np.array(config.servo.damping) / np.array(config.servo.stiffness)
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
         first = model.flex_vertadr[flex]
-        self._vertex_bodies = np.array([model.body(vertex_body(i)).id for i in range(len(mesh.vertices))])
+        self._vertex_bodies = np.array(
+            [model.body(vertex_body(i)).id for i in range(len(mesh.vertices))]
+        )
         self._vertices = slice(first, first + len(mesh.vertices))
         self._sensors = {
             (link, source): model.sensor(force_sensor_name(link, source)).adr[0]

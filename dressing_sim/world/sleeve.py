@@ -40,7 +40,7 @@ class SleeveConfig:
     friction: float = 0.3
     """Sliding friction coefficient between fabric and skin; measured on forearms: 0.31 +- 0.07."""
     collision_radius: float = 0.002
-    """Half the thickness that contacts see [m]; larger than the fabric's, for the contact solver."""
+    """Half the thickness that contacts see [m]; thicker than fabric, for the contact solver."""
     contact_time: float = 0.01
     """Time in which a penetration heals [s]; at least twice the physics step."""
     contact_impedance: float = 0.999
@@ -152,9 +152,8 @@ def sleeve_mesh(
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    masses = np.bincount(
-        faces.ravel(), np.repeat(areas * config.areal_density / 3.0, 3), minlength=len(vertices)
-    )
+    shares = np.repeat(areas * config.areal_density / 3.0, 3)
+    masses = np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
     distance = np.linalg.norm(vertices - vertices[0], axis=1)
     gripped = np.flatnonzero(distance <= config.grip_radius).astype(np.int32)
     return SleeveMesh(vertices, faces, masses, gripped)

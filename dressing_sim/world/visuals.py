@@ -13,6 +13,7 @@ import xml.etree.ElementTree as ET
 from collections import defaultdict
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -57,14 +58,14 @@ def _convert(collada: Path, folder: Path) -> None:
     # Imported here: only the first picture on a machine needs a mesh library.
     import trimesh
 
-    scene = trimesh.load_scene(collada)
+    parts: list[Any] = trimesh.load_scene(collada).dump()
     by_colour = defaultdict(list)
-    for mesh in scene.dump():
+    for mesh in parts:
         by_colour[bytes(mesh.visual.material.main_color[:3]).hex()].append(mesh)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent) as temporary:
         for colour, meshes in by_colour.items():
-            merged = trimesh.util.concatenate(
+            merged: Any = trimesh.util.concatenate(
                 [trimesh.Trimesh(m.vertices, m.faces, process=False) for m in meshes]
             )
             merged.export(Path(temporary) / f"{collada.stem}_{colour}.obj", include_normals=True)
@@ -96,7 +97,9 @@ def _add_robot_skin(spec: mujoco.MjSpec) -> None:
             for file, colour in converted_meshes(mesh_path(mesh.get("filename", ""))):
                 if spec.mesh(file.stem) is None:
                     spec.add_mesh(
-                        name=file.stem, file=str(file), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+                        name=file.stem,
+                        file=str(file),
+                        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
                     )
                 body.add_geom(
                     type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -139,7 +142,7 @@ def _add_studio(spec: mujoco.MjSpec) -> None:
         conaffinity=0,
     )
     spec.worldbody.add_light(
-        pos=[0.6, 1.2, 2.2], dir=[-0.1, -0.6, -1.0], diffuse=[0.65] * 3, specular=[0.1] * 3
+        pos=[0.6, 1.2, 2.2], dir=[-0.1, -0.6, -1.0], diffuse=[0.5] * 3, specular=[0.1] * 3
     )
     spec.worldbody.add_light(
         pos=[-0.8, -0.4, 1.8], dir=[0.6, 0.3, -1.0], diffuse=[0.25] * 3, castshadow=False
@@ -150,7 +153,7 @@ def _add_studio(spec: mujoco.MjSpec) -> None:
     spec.visual.quality.offsamples = 8
     spec.visual.map.znear = 0.01
     for name, eye, target in (
-        ("front", (-0.35, 1.05, 0.85), (0.40, -0.05, 0.24)),
+        ("front", (-0.30, 0.95, 0.78), (0.37, -0.04, 0.28)),
         ("close", (0.05, 0.55, 0.55), (0.42, -0.08, 0.24)),
         ("above", (0.40, 0.10, 1.30), (0.42, -0.05, 0.2)),
     ):
@@ -163,5 +166,5 @@ def _add_studio(spec: mujoco.MjSpec) -> None:
             name=name,
             pos=eye,
             quat=Rotation.from_matrix(matrix).as_quat(scalar_first=True),
-            fovy=45.0,
+            fovy=42.0,
         )
