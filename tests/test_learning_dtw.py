@@ -46,6 +46,11 @@ def test_a_path_is_no_distance_from_itself_however_slowly_it_is_run():
     assert dtw_distance(x, np.repeat(x, 3, axis=0)) == 0.0
 
 
+def test_a_series_is_a_path_in_one_dimension():
+    x, y = np.sin(np.arange(20.0)), np.cos(np.arange(30.0))
+    assert dtw_distance(x, y) == dtw_distance(x[:, None], y[:, None])
+
+
 def test_a_shifted_path_is_at_about_the_shift_whatever_the_lengths():
     line = np.linspace([0, 0, 0], [1, 0, 0], 50)
     for count in (50, 120):
@@ -66,7 +71,7 @@ def test_the_distance_does_not_depend_on_the_world():
     [
         (np.zeros((0, 3)), np.zeros((4, 3))),
         (np.zeros((4, 2)), np.zeros((4, 3))),
-        (np.zeros(4), np.zeros(4)),
+        (np.zeros(4), np.zeros((4, 1))),
         (np.full((4, 3), np.nan), np.zeros((4, 3))),
     ],
 )

@@ -35,13 +35,15 @@ class Warping(NamedTuple):
 def dtw_distance(x: ArrayLike, y: ArrayLike) -> float:
     """Normalised warping distance D(x, y) of two paths (N, p) and (M, p), in their unit.
 
+    Two series (N,) and (M,) count as paths with p = 1.
+
     Raises:
         InvalidInputError: an empty path, different p, or values that are not finite.
     """
     from dressing_sim.learning.kernels.warping import total_cost
 
-    a, b = _paths(x, y)
-    return float(total_cost(a, np.ascontiguousarray(b.T))) / (len(a) + len(b))
+    rows, columns = _paths(x, y)
+    return float(total_cost(rows, columns)) / (rows.shape[1] + columns.shape[1])
 
 
 def dtw(x: ArrayLike, y: ArrayLike) -> Warping:
@@ -51,18 +53,20 @@ def dtw(x: ArrayLike, y: ArrayLike) -> Warping:
     """
     from dressing_sim.learning.kernels.warping import warp
 
-    a, b = _paths(x, y)
-    total, path = warp(a, np.ascontiguousarray(b.T))
-    return Warping(float(total) / (len(a) + len(b)), path)
+    rows, columns = _paths(x, y)
+    total, path = warp(rows, columns)
+    return Warping(float(total) / (rows.shape[1] + columns.shape[1]), path)
 
 
 def _paths(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    a = np.ascontiguousarray(x, dtype=np.float64)
-    b = np.ascontiguousarray(y, dtype=np.float64)
+    """The paths as the compiled loops want them: (p, N), and (p, M) backwards."""
+    a, b = (np.asarray(path, dtype=np.float64) for path in (x, y))
+    if a.ndim == b.ndim == 1:
+        a, b = a[:, None], b[:, None]
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1] or not (a.size and b.size):
         raise InvalidInputError(
             f"dtw needs two paths of shape (N, p) and (M, p), not {a.shape} and {b.shape}"
         )
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise InvalidInputError("dtw needs paths that are finite")
-    return a, b
+    return np.ascontiguousarray(a.T), np.ascontiguousarray(b[::-1].T)

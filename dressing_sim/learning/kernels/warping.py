@@ -1,4 +1,8 @@
-"""Dynamic time warping with the symmetric2 step pattern."""
+"""Dynamic time warping with the symmetric2 step pattern.
+
+The cells (i, j) with the same i + j do not depend on each other, so the accumulated cost is worked
+out by antidiagonals, in loops that vectorise: ``cost[i + j, i]`` holds g(i, j).
+"""
 
 import numpy as np
 from numba import njit
@@ -7,81 +11,89 @@ from dressing_sim.learning.kernels.linalg import FAST
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def accumulate_row(
-    point: np.ndarray,
-    other: np.ndarray,
-    previous: np.ndarray,
-    first: bool,
+def accumulate_diagonal(
+    s: int,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    before: np.ndarray,
+    last: np.ndarray,
     local: np.ndarray,
     current: np.ndarray,
 ) -> None:
-    """One row of the accumulated cost from the ``previous`` one; ``other`` is (p, M).
+    """Antidiagonal i + j = s from the two before it, s - 2 in ``before`` and s - 1 in ``last``.
 
-    All that does not depend on the cell to the left goes first, in loops that vectorise.
+    ``rows`` (p, N) is the one path, ``columns`` (p, M) the other one backwards. The three costs
+    have N + 1 entries, that of row i at i + 1, and infinity where there is no cell.
     """
-    n_columns = other.shape[1]
-    for j in range(n_columns):
-        local[j] = 0.0
-    for i in range(other.shape[0]):
-        value = point[i]
-        for j in range(n_columns):
-            difference = other[i, j] - value
-            local[j] += difference * difference
-    for j in range(n_columns):
-        local[j] = np.sqrt(local[j])
-    if first:
-        current[0] = local[0]
-        for j in range(1, n_columns):
-            current[j] = current[j - 1] + local[j]
+    n_rows, n_columns = rows.shape[1], columns.shape[1]
+    begin = max(0, s - n_columns + 1)
+    end = min(n_rows, s + 1)
+    size = end - begin
+    offset = n_columns - 1 - s + begin  # column s - i is entry offset + i - begin, backwards
+    distance = local[begin:end]
+    for k in range(size):
+        distance[k] = 0.0
+    for i in range(rows.shape[0]):
+        x, y = rows[i, begin:end], columns[i, offset : offset + size]
+        for k in range(size):
+            difference = x[k] - y[k]
+            distance[k] += difference * difference
+    for k in range(size):
+        distance[k] = np.sqrt(distance[k])
+    if s == 0:
+        current[1] = distance[0]
         return
-    current[0] = previous[0] + local[0]
-    for j in range(1, n_columns):
-        straight = previous[j] + local[j]
-        diagonal = previous[j - 1] + 2.0 * local[j]
-        current[j] = diagonal if diagonal < straight else straight
-    left = current[0]
-    for j in range(1, n_columns):
-        left += local[j]
-        left = current[j] if current[j] < left else left
-        current[j] = left
+    left, up, diagonal = last[begin + 1 :], last[begin:], before[begin:]
+    result = current[begin + 1 :]
+    for k in range(size):
+        straight = left[k] if left[k] < up[k] else up[k]
+        straight += distance[k]
+        bent = diagonal[k] + 2.0 * distance[k]
+        result[k] = bent if bent < straight else straight
+    # Beyond the ends of the diagonal there is no cell; the buffers are used again and again.
+    current[begin] = np.inf
+    if end < n_rows:
+        current[end + 1] = np.inf
 
 
 @njit(cache=True, error_model="numpy")
-def total_cost(x: np.ndarray, other: np.ndarray) -> float:
-    """Accumulated cost of the best warping of ``x`` (N, p) on ``other`` (p, M), in two rows."""
-    n_columns = other.shape[1]
-    rows = np.empty((2, n_columns))
-    local = np.empty(n_columns)
-    for i in range(len(x)):
-        accumulate_row(x[i], other, rows[(i + 1) % 2], i == 0, local, rows[i % 2])
-    return rows[(len(x) - 1) % 2, n_columns - 1]
+def total_cost(rows: np.ndarray, columns: np.ndarray) -> float:
+    """g(N - 1, M - 1) of paths (p, N) and, backwards, (p, M); three diagonals are kept."""
+    n_rows, n_columns = rows.shape[1], columns.shape[1]
+    costs = np.full((3, n_rows + 1), np.inf)
+    local = np.empty(n_rows)
+    n_diagonals = n_rows + n_columns - 1
+    for s in range(n_diagonals):
+        accumulate_diagonal(
+            s, rows, columns, costs[(s + 1) % 3], costs[(s + 2) % 3], local, costs[s % 3]
+        )
+    return costs[(n_diagonals - 1) % 3, n_rows]
 
 
 @njit(cache=True, error_model="numpy")
-def warp(x: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
-    """Accumulated cost and the path (L, 2) of index pairs from (0, 0) to (N - 1, M - 1)."""
-    n_rows, n_columns = len(x), other.shape[1]
-    cost = np.empty((n_rows, n_columns))
-    local = np.empty((n_rows, n_columns))
-    for i in range(n_rows):
-        accumulate_row(x[i], other, cost[max(i - 1, 0)], i == 0, local[i], cost[i])
-    path = np.empty((n_rows + n_columns - 1, 2), dtype=np.int64)
-    i, j, at = n_rows - 1, n_columns - 1, n_rows + n_columns - 2
+def warp(rows: np.ndarray, columns: np.ndarray) -> tuple[float, np.ndarray]:
+    """g(N - 1, M - 1), and the path (L, 2) of index pairs from (0, 0) to (N - 1, M - 1)."""
+    n_rows, n_columns = rows.shape[1], columns.shape[1]
+    n_diagonals = n_rows + n_columns - 1
+    # Two rows of infinity in front stand for the diagonals -2 and -1.
+    costs = np.full((n_diagonals + 2, n_rows + 1), np.inf)
+    local = np.empty((n_diagonals, n_rows))
+    for s in range(n_diagonals):
+        accumulate_diagonal(s, rows, columns, costs[s], costs[s + 1], local[s], costs[s + 2])
+    path = np.empty((n_diagonals, 2), dtype=np.int64)
+    i, j, at = n_rows - 1, n_columns - 1, n_diagonals - 1
     path[at, 0], path[at, 1] = i, j
     while i > 0 or j > 0:
-        if i == 0:
-            j -= 1
-        elif j == 0:
+        s = i + j
+        left, up = costs[s + 1, i + 1], costs[s + 1, i]
+        diagonal = costs[s, i] + local[s, i]
+        if diagonal <= left and diagonal <= up:
             i -= 1
+            j -= 1
+        elif left <= up:
+            j -= 1
         else:
-            diagonal = cost[i - 1, j - 1] + local[i, j]
-            if diagonal <= cost[i, j - 1] and diagonal <= cost[i - 1, j]:
-                i -= 1
-                j -= 1
-            elif cost[i, j - 1] <= cost[i - 1, j]:
-                j -= 1
-            else:
-                i -= 1
+            i -= 1
         at -= 1
         path[at, 0], path[at, 1] = i, j
-    return cost[n_rows - 1, n_columns - 1], path[at:]
+    return costs[n_diagonals + 1, n_rows], path[at:]
