@@ -1,6 +1,6 @@
 """How many components: the Bayesian information criterion, and a Dirichlet-process mixture.
 
-Both are what the paper suggests for choosing K (section IV).
+Both are what the paper suggests for choosing K (section V).
 """
 
 from collections.abc import Iterable, Sequence

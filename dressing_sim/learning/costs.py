@@ -13,7 +13,7 @@ def rms_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatAr
     """Cost of a time-based model: mean over the demonstrations of sqrt(sum_t ||y_t - xi_t||^2).
 
     Not divided by the number of samples: that is how the paper's Table I was computed, where
-    equation 8 prints (1 / mu) sum_i sqrt(||y_i - xi_i||).
+    equation 7 prints (1 / mu) sum_i sqrt(||y_i - xi_i||).
 
     Args:
         reproductions: paths y, each of the shape (T, p) of its counterpart.
@@ -37,7 +37,7 @@ def rms_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatAr
 
 
 def dtw_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]) -> float:
-    """Cost of a trajectory-based model: mean normalised warping distance (paper, equation 12).
+    """Cost of a trajectory-based model: mean normalised warping distance (paper, equation 10).
 
     Args:
         reproductions: paths (N_i, p).

@@ -8,7 +8,7 @@ Step pattern symmetric2, with the Euclidean distance d between samples:
 
 Source: Giorgino (2009), "Computing and visualizing dynamic time warping alignments in R: the dtw
 package", Journal of Statistical Software 31(7), doi:10.18637/jss.v031.i07; that is the default
-there, and the distance of Zhu, Gienger and Kober (2022), equation 10.
+there, and the distance of Zhu, Gienger and Kober (2022), equations 8 and 9.
 """
 
 from typing import NamedTuple

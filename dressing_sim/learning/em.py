@@ -7,7 +7,7 @@ the responsibility
 
 the same for every frame p, so that component k means the same part of the motion in all of them.
 Source: Calinon (2016), "A tutorial on task-parameterized movement learning and retrieval",
-Intelligent Service Robotics 9, equations 4 to 7, doi:10.1007/s11370-015-0187-9.
+Intelligent Service Robotics 9, doi:10.1007/s11370-015-0187-9.
 """
 
 from collections.abc import Sequence

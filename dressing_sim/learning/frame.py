@@ -26,7 +26,7 @@ class Frame:
     Raises:
         InvalidInputError: shapes that do not match, values that are not finite, or a singular A.
 
-    Source: Zhu, Gienger and Kober (2022), section III-A; Calinon (2016), section 3.
+    Source: Zhu, Gienger and Kober (2022), section III-A; Calinon (2016).
     """
 
     A: FloatArray

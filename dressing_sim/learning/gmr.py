@@ -13,7 +13,7 @@ product of Gaussians, S^-1 = sum_p S_p^-1, mu = S sum_p S_p^-1 mu_p, either
 * ``"product-then-regression"``: the product component by component, then one regression (what the
   paper's text says).
 
-Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), equations 4 to 11.
+Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), see ``em``.
 """
 
 from collections.abc import Sequence
@@ -85,7 +85,7 @@ def lift(frames: Sequence[Frame], n_time: int, n_copies: int) -> tuple[FloatArra
     """A_hat (P, D, D) and b_hat (P, D) of a situation for samples [time, position, displacement].
 
     A_hat = blockdiag(I, A, A), b_hat = [0; b; 0]: time is the same in every frame, and a
-    displacement has no origin (paper, section V).
+    displacement has no origin (paper, equation 14).
 
     Args:
         frames: P frames of dimension p.

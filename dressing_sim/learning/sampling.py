@@ -1,6 +1,6 @@
 """Random new situations for Algorithm 1: bounds of orientation and translation, and samplers.
 
-Orientations are bounded in Euler angles and translations by coordinate (paper, equations 13, 14).
+Orientations are bounded in Euler angles and translations by coordinate (paper, equations 11, 12).
 In three dimensions R = Rz(gamma) Ry(beta) Rx(alpha), the angles (alpha, beta, gamma) about the
 fixed x, y and z axes; in two there is one angle.
 """

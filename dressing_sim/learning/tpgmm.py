@@ -30,7 +30,7 @@ Encoding = Literal["trajectory", "time"]
 
 
 class TPGMM:
-    """A Gaussian mixture over P frames: {pi_k, {mu_kp, Sigma_kp}_p}_k (paper, equation 3).
+    """A Gaussian mixture over P frames: {pi_k, {mu_kp, Sigma_kp}_p}_k (paper, equation 2).
 
     Args:
         n_components: K, at least 1.

@@ -1,7 +1,7 @@
 """The paper's dressing policy: a trajectory-based TP-GMM, integrated from where the robot is.
 
 The mixture is over [x, dx] in R^(2p), with A_hat = blockdiag(A, A) and b_hat = [b; 0]; the motion
-is x_{t+1} = x_t + E[dx | x_t] (Zhu, Gienger and Kober 2022, section V).
+is x_{t+1} = x_t + E[dx | x_t] (Zhu, Gienger and Kober 2022, section VI, equation 14).
 """
 
 from collections.abc import Sequence
