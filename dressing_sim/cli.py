@@ -165,6 +165,9 @@ def dress(
     seed: int = 0,
     video: Path | None = None,
     camera: str = "front",
+    fps: int = 25,
+    width: int = 640,
+    height: int = 480,
     json: bool = False,
 ) -> None:
     """Dress one arm, and film it if wanted.
@@ -180,6 +183,9 @@ def dress(
         seed: of the operator's variability.
         video: film to write: .mp4, .gif or .webm.
         camera: front, close or above.
+        fps: pictures a second.
+        width: of a picture, in pixels.
+        height: of a picture, in pixels.
         json: print the outcome as JSON.
     """
     from dressing_sim.benchmark.suites import find_posture
@@ -188,7 +194,9 @@ def dress(
 
     arm = find_posture(posture)
     config = EpisodeConfig()
-    film = Film() if video is not None else None
+    for name, value in (("fps", fps), ("width", width), ("height", height)):
+        _positive(name, value)
+    film = Film(fps) if video is not None else None
     if video is not None:
         from dressing_sim.world.rendering import CAMERAS, gl_backend
 
@@ -199,7 +207,7 @@ def dress(
     source = _source(policy)
     outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
     if film is not None and video is not None:
-        film.write(video, arm, config.world, camera)
+        film.write(video, arm, config.world, camera, width, height)
     if json:
         print(
             json_format.dumps(

@@ -5,8 +5,6 @@ either the old file or the whole new one.
 """
 
 import json
-import os
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any, Protocol, Self, runtime_checkable
@@ -14,6 +12,7 @@ from typing import Any, Protocol, Self, runtime_checkable
 import numpy as np
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import replacing
 from dressing_sim.learning.frame import FloatArray
 
 FORMAT = "dressing_sim.learning"
@@ -37,21 +36,10 @@ class Storable(Protocol):
 
 def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Arrays) -> Path:
     """Write settings and arrays to ``path`` (npz), all or nothing; returns the path."""
-    target = Path(path)
     header = json.dumps({"format": FORMAT, "version": VERSION, "kind": kind, "settings": settings})
-    descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
-        # mkstemp makes the file private; a saved model gets what any new file would get.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return target
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
+    return Path(path)
 
 
 def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:

@@ -8,7 +8,7 @@ from typing import Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import write_text
 from dressing_sim.learning.augment import METHODS, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
@@ -93,11 +93,7 @@ def planar(
     if out is not None:
         from dressing_sim.planar.figures import draw
 
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            (out / "summary.json").write_text(json_format.dumps(result, indent=2) + "\n")
-            (out / "table.md").write_text(markdown(result))
-            draw(study, out)
-        except OSError as error:
-            raise InvalidInputError(f"cannot write to {out}: {error.strerror}") from error
+        write_text(out / "summary.json", json_format.dumps(result, indent=2) + "\n")
+        write_text(out / "table.md", markdown(result))
+        draw(study, out)
     sys.stdout.write(json_format.dumps(result, indent=2) + "\n" if json else markdown(result))

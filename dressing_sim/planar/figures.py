@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 from matplotlib.ticker import MaxNLocator
 
+from dressing_sim.files import replacing
 from dressing_sim.learning.demonstrations import DemonstrationLike, in_frames
 from dressing_sim.learning.frame import FloatArray, Situation
 from dressing_sim.planar.box import outline
@@ -37,7 +38,8 @@ def draw(study: Study, folder: Path) -> list[Path]:
     paths = []
     for name, figure in figures.items():
         path = folder / f"{name}.png"
-        figure.savefig(path, dpi=130, bbox_inches="tight", metadata={"Software": None})
+        with replacing(path) as temporary:
+            figure.savefig(temporary, dpi=130, bbox_inches="tight", metadata={"Software": None})
         plt.close(figure)
         paths.append(path)
     return paths
