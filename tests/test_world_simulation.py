@@ -1,0 +1,138 @@
+import mujoco
+import numpy as np
+import pytest
+
+from dressing_sim.control import PandaKinematics, configuration_at
+from dressing_sim.world.mannequin import LINKS
+from dressing_sim.world.panda import TCP_BODY
+from dressing_sim.world.scene import WorldConfig, grip_start
+from dressing_sim.world.simulation import World
+
+
+def steps(world, seconds):
+    return range(round(seconds / world.config.solver.timestep))
+
+
+def fresh_world(posture):
+    config = WorldConfig()
+    q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
+    return World(posture, config, q)
+
+
+def sweep(world, seconds=0.6, speed=0.3, ramp=0.3):
+    """Turn the arm's base joint, ever faster and then evenly, and yield after every step."""
+    start = world.arm_configuration
+    for i in steps(world, seconds):
+        t = (i + 1) * world.config.solver.timestep
+        angle = 0.5 * speed * t**2 / ramp if t < ramp else speed * (t - 0.5 * ramp)
+        base = np.eye(7)[0]
+        world.command(start + angle * base, speed * min(1.0, t / ramp) * base)
+        world.step()
+        yield angle
+
+
+def hand_pose(world):
+    """Position (3,) and rotation (3, 3) of the gripper."""
+    hand = world.data.body(TCP_BODY)
+    return hand.xpos.copy(), hand.xmat.reshape(3, 3).copy()
+
+
+def test_grip_and_arm_together_carry_the_weight_of_a_cloth_that_hangs_still(world):
+    for _ in steps(world, 3.0):
+        world.step()
+    readings = []
+    for _ in steps(world, 0.5):
+        world.step()
+        on_links = sum(world.link_force(link) for link in LINKS)
+        readings.append((world.grip_force, on_links))
+    grip, on_links = np.mean(readings, axis=0)
+    weight = world.mesh.masses.sum() * -world.model.opt.gravity[2]
+    # The fingers pull the cloth up, the cloth presses the arm down; sideways all is in balance.
+    assert grip[2] > 0.1 * weight
+    assert on_links[2] < 0.0
+    assert grip[2] - on_links[2] == pytest.approx(weight, rel=0.02)
+    np.testing.assert_allclose((grip - on_links)[:2], 0.0, atol=0.02 * weight)
+
+
+def test_the_grip_holds_the_cloth_to_a_millimetre_while_the_arm_moves(world):
+    position, rotation = hand_pose(world)
+    in_hand = (world.cloth[world.mesh.gripped] - position) @ rotation
+    moved, worst = position.copy(), 0.0
+    for _ in sweep(world):
+        moved, rotation = hand_pose(world)
+        held = moved + in_hand @ rotation.T
+        slip = np.linalg.norm(world.cloth[world.mesh.gripped] - held, axis=1)
+        worst = max(worst, slip.max())
+    assert np.linalg.norm(moved - position) > 0.03
+    assert worst < 1e-3
+
+
+def test_the_arm_follows_its_reference_without_a_warning(world):
+    start, error = world.arm_configuration, 0.0
+    for angle in sweep(world):
+        assert world.void_reason is None
+        error = max(error, np.abs(world.arm_configuration - start - angle * np.eye(7)[0]).max())
+    assert error < 2e-3
+    assert world.arm_velocity[0] == pytest.approx(0.3, rel=0.05)
+    assert not any(warning.number for warning in world.data.warning)
+
+
+def test_a_released_cloth_falls_and_pulls_no_more(world):
+    assert np.linalg.norm(world.grip_force) > 0.0
+    before = world.cloth[world.mesh.gripped].mean(axis=0)
+    world.release()
+    for _ in steps(world, 0.5):
+        world.step()
+        np.testing.assert_array_equal(world.grip_force, 0.0)
+    assert before[2] - world.cloth[world.mesh.gripped].mean(axis=0)[2] > 0.02
+    assert world.void_reason is None
+
+
+def test_the_same_steps_give_the_same_bits(posture):
+    def history():
+        world = fresh_world(posture)
+        states = []
+        for _ in sweep(world):
+            state = (world.data.qpos, world.data.qvel, world.data.sensordata, world.grip_force)
+            states.append(b"".join(part.tobytes() for part in state))
+        return states
+
+    assert history() == history()
+
+
+def test_the_world_starts_with_the_gripper_where_it_was_put(posture):
+    world = fresh_world(posture)
+    assert world.time == 0.0
+    np.testing.assert_allclose(
+        world.tcp_position, grip_start(posture, world.config.sleeve), atol=1e-3
+    )
+    np.testing.assert_allclose(world.cloth, world.mesh.vertices, atol=1e-12)
+
+
+@pytest.mark.parametrize("quantity", ["qpos", "qvel"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_state_that_is_not_finite_makes_a_world_void(world, quantity, value):
+    assert world.void_reason is None
+    getattr(world.data, quantity)[-1] = value
+    assert "non-finite" in world.void_reason
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e15])
+def test_a_state_that_mujoco_gives_up_on_makes_a_world_void(world, value):
+    world.data.qvel[-1] = value
+    world.step()
+    assert "solver warning BADQVEL" in world.void_reason
+    world.step()
+    assert world.void_reason is not None  # and it stays so
+
+
+def test_a_robot_that_leans_on_the_arm_is_felt_and_told_from_cloth(posture, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    kinematics = PandaKinematics()
+    q, _ = configuration_at(0.5 * (posture.wrist + posture.elbow), kinematics)
+    world = World(posture, WorldConfig(), q)
+    mujoco.mj_forward(world.model, world.data)
+    assert "forearm" in world.robot_contacts()
+    assert np.linalg.norm(world.link_force("forearm", "robot")) > 1.0
+    assert "head" not in world.robot_contacts()
+    np.testing.assert_array_equal(world.link_force("head", "robot"), 0.0)
