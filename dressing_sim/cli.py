@@ -194,8 +194,8 @@ def dress(
 
     arm = find_posture(posture)
     config = EpisodeConfig()
-    for name, value in (("fps", fps), ("width", width), ("height", height)):
-        _positive(name, value)
+    for option, number in (("fps", fps), ("width", width), ("height", height)):
+        _positive(option, number)
     film = Film(fps) if video is not None else None
     if video is not None:
         from dressing_sim.world.rendering import CAMERAS, gl_backend

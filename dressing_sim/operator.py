@@ -33,20 +33,20 @@ class OperatorConfig:
     """On arrival at the elbow [m]."""
     outer_height: float = 0.005
     """Beside a right-angled elbow, on its outside; straighter arms are passed higher [m]."""
-    outer_distance: float = 0.14
+    outer_distance: float = 0.16
     """Farthest from the upper arm's axis, sideways, when passing the elbow [m]."""
-    overshoot: float = 0.16
+    overshoot: float = 0.22
     """How far the gripper goes on along the forearm's line beyond the elbow [m]."""
     upper_height: float = 0.085
     """Over the upper arm if the arm is straight [m]."""
     upper_outer_height: float = 0.035
     """Over the upper arm after a right-angled elbow [m]."""
-    upper_distance: float = 0.135
+    upper_distance: float = 0.12
     """Sideways from the upper arm after a right-angled elbow [m]."""
-    slope_lift: float = 0.12
+    slope_lift: float = 0.05
     """How much higher beside and over an upper arm that points straight down, in proportion to
     the sine of its slope: else the hand, wider than the fingers, would touch the arm [m]."""
-    upper_fraction: float = 0.65
+    upper_fraction: float = 0.5
     """Where along the upper arm the last waypoint before the shoulder is, 0 elbow, 1 shoulder."""
     shoulder_height: float = 0.090
     """Over the shoulder at the end [m]."""
