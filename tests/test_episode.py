@@ -1,0 +1,235 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dressing_sim.arm import Posture
+from dressing_sim.control import TrackingConfig
+from dressing_sim.demonstration import Demonstration
+from dressing_sim.episode import Episode, EpisodeConfig, checked_path, dress, record, replay
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.judge import region
+from dressing_sim.operator import OperatorConfig
+from dressing_sim.settings import to_plain
+from dressing_sim.world.panda import joint_limits
+from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
+from dressing_sim.world.simulation import World
+
+BRIEF = EpisodeConfig(hold=0.1, time_limit=0.2)
+"""An episode that is over before much has happened."""
+
+
+class Told:
+    """A policy that returns what it was told to."""
+
+    def __init__(self, path, **attributes):
+        self.path = path
+        vars(self).update(attributes)
+
+    def fit(self, demonstrations):
+        return self
+
+    def generate(self, frames, start):
+        self.seen = frames, start
+        return self.path
+
+
+def short_path(posture):
+    start = grip_start(posture, WorldConfig().sleeve)
+    return np.linspace(start, np.add(start, [0.0, 0.0, 0.02]), 20)
+
+
+@pytest.fixture(scope="module")
+def replayed(demonstration):
+    """The demonstration played again, and the arm's configuration after every physics step."""
+    configurations = []
+    step = World.step
+
+    def watched(world):
+        step(world)
+        configurations.append(world.arm_configuration)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(World, "step", watched)
+        recording = replay(demonstration, observer=lambda world: None)
+    return recording, np.array(configurations)
+
+
+@pytest.mark.parametrize(
+    ("path", "part"),
+    [
+        (None, "()"),
+        ("left", "'left'"),
+        ([[0.0, 1.0], [0.0]], "[[0.0, 1.0], [0.0]]"),
+        (np.zeros((10, 2)), "(10, 2)"),
+        (np.zeros(3), "(3,)"),
+        (np.zeros((1, 3)), "(1, 3)"),
+        (np.zeros((0, 3)), "(0, 3)"),
+        (np.full((4, 3), np.nan), "not finite"),
+        (np.full((4, 3), -np.inf), "not finite"),
+    ],
+)
+def test_a_path_that_is_none_is_an_error_that_names_its_maker(path, part):
+    with pytest.raises(InvalidInputError) as caught:
+        checked_path(path, "policy Told")
+    message = str(caught.value)
+    assert message.startswith("policy Told: returned")
+    assert part in message
+    assert "valid" in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("path", [np.full((5, 3), np.nan), np.zeros((5, 2)), "left", None])
+def test_a_policy_that_returns_no_path_is_named(posture, path):
+    with pytest.raises(InvalidInputError, match="policy Told: returned"):
+        dress(Told(path), posture)
+
+
+def test_an_array_that_is_no_path_is_an_error(posture):
+    with pytest.raises(InvalidInputError, match=r"the path: .*\(5, 2\).*valid is \(T, 3\)"):
+        dress(np.zeros((5, 2)), posture)
+
+
+@pytest.mark.parametrize("dt", [float("nan"), float("inf"), -0.05, "slow"])
+def test_a_policy_whose_time_step_is_none_is_named(posture, dt):
+    with pytest.raises(InvalidInputError, match=r"policy Told.*dt"):
+        dress(Told(short_path(posture), dt=dt), posture, config=BRIEF)
+
+
+def test_a_policy_sees_the_frames_and_the_gripper_and_nothing_else(posture):
+    policy = Told(short_path(posture))
+    record(policy, posture, config=BRIEF)
+    frames, start = policy.seen
+    assert frames == posture.frames()
+    np.testing.assert_allclose(start, grip_start(posture, WorldConfig().sleeve), atol=1e-3)
+
+
+def test_a_policy_may_say_how_fast_its_path_is(posture):
+    def duration(**attributes):
+        trajectory = record(Told(short_path(posture), **attributes), posture, 0, BRIEF).trajectory
+        return len(trajectory.positions) * trajectory.dt
+
+    # Twenty points, and the way from the gripper to the first.
+    assert duration(dt=0.2) - duration(dt=0.1) == pytest.approx(20 * 0.1, abs=0.05)
+    assert duration() == duration(dt=None) < duration(dt=0.1)
+
+
+@pytest.mark.parametrize("far", [1.0, 1e12])
+def test_an_unreachable_path_is_reported_and_not_simulated(posture, far):
+    episode = Episode(posture)
+    before = episode.world.time
+    path = np.vstack([episode.start, np.add(episode.start, [far, 0.0, 0.0])])
+    recording = episode.follow(path, 0.05)
+    assert recording.outcome.reasons == ("ik_unreachable",)
+    assert recording.outcome.figures["tracking_error"] > 0.3
+    assert "from the path" in recording.outcome.failures[0].detail
+    assert not recording.outcome.success
+    assert recording.outcome.void is None
+    assert recording.trace is None
+    assert episode.world.time == before
+
+
+def test_a_sleeve_out_of_reach_is_unreachable_too():
+    # The hand of an arm that is held out backwards.
+    posture = Posture("backwards", -60, 0, 0, 0)
+    outcome = record(short_path(posture), posture).outcome
+    assert outcome.reasons == ("ik_unreachable",)
+
+
+def test_a_path_that_takes_too_long_is_a_timeout(posture):
+    recording = record(short_path(posture), posture, config=BRIEF)
+    assert "timeout" in recording.outcome.reasons
+    assert recording.outcome.figures["duration"] == pytest.approx(BRIEF.time_limit)
+    assert len(recording.positions) == round(BRIEF.time_limit / BRIEF.tracking.dt) + 1
+
+
+@pytest.mark.parametrize("quantity", ["qpos", "qvel"])
+def test_a_simulation_that_breaks_down_is_void_and_no_failure(
+    posture, quantity, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves its log of warnings in the current folder
+
+    def spoil(world):
+        getattr(world.data, quantity)[-1] = np.nan
+
+    recording = record(short_path(posture), posture, 0, BRIEF, spoil)
+    outcome = recording.outcome
+    assert outcome.void is not None
+    assert not outcome.success
+    assert outcome.reasons == ()
+    assert recording.trace is None
+
+
+def test_the_observer_sees_every_control_step(posture):
+    times = []
+    record(short_path(posture), posture, 0, BRIEF, lambda world: times.append(world.time))
+    assert len(times) == round(BRIEF.time_limit / BRIEF.tracking.dt)
+    np.testing.assert_allclose(np.diff(times), BRIEF.tracking.dt)
+
+
+def test_a_replayed_demonstration_is_the_same_to_the_bit(demonstration, replayed):
+    positions = replayed[0].positions[: len(demonstration.positions)]
+    assert positions.tobytes() == demonstration.positions.tobytes()
+
+
+def test_a_replay_is_judged_as_the_demonstration_was(demonstrated, replayed):
+    expected, outcome = demonstrated[1].to_dict(), replayed[0].outcome.to_dict()
+    # Its targets are where the commands lead, not the path that they were made from.
+    del expected["figures"]["tracking_error"], outcome["figures"]["tracking_error"]
+    assert outcome == expected
+
+
+def test_joints_stay_within_the_limits_of_the_urdf_in_every_step(demonstration, replayed):
+    limits = joint_limits()
+    for positions in (demonstration.commands, replayed[1]):
+        assert len(positions) > 100
+        assert np.all((limits.lower <= positions) & (positions <= limits.upper))
+    moves = np.abs(np.diff(demonstration.commands, axis=0)) / demonstration.dt
+    assert np.all(moves <= limits.velocity * (1 + 1e-6))
+    assert np.all(np.abs(replayed[0].trace.torque) <= limits.effort)
+
+
+def test_a_demonstration_has_a_command_a_position(demonstration):
+    assert len(demonstration.positions) == len(demonstration.commands)
+    assert demonstration.dt == TrackingConfig().dt
+    assert demonstration.settings["episode"] == to_plain(EpisodeConfig())
+    assert demonstration.settings["operator"] == to_plain(OperatorConfig())
+
+
+def test_a_demonstration_without_the_settings_of_its_world_cannot_be_replayed(demonstration):
+    bare = replace(demonstration, settings={})
+    assert isinstance(bare, Demonstration)
+    with pytest.raises(InvalidInputError, match="settings"):
+        replay(bare)
+
+
+def test_a_straight_line_to_the_shoulder_of_a_bent_arm_catches_at_the_elbow():
+    posture = Posture("bent", 66, 30, 48, 65, size="male")
+    episode, operator = Episode(posture), OperatorConfig()
+    end = np.add(posture.shoulder, [0.0, 0.0, operator.shoulder_height])
+    duration = np.linalg.norm(end - episode.start) / operator.speed
+    path = np.linspace(episode.start, end, round(duration / 0.05) + 1)
+    outcome = episode.follow(path, 0.05).outcome
+    assert not outcome.success
+    assert outcome.void is None
+    caught = {f.reason: region(f.s) for f in outcome.failures if f.reason.startswith("over_")}
+    assert "elbow" in caught.values()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tracking": TrackingConfig(dt=0.012)},
+        {"tracking": TrackingConfig(dt=0.0025)},
+        {"world": WorldConfig(solver=SolverConfig(timestep=0.03))},
+    ],
+)
+def test_a_control_step_must_be_whole_physics_steps(change):
+    with pytest.raises(InvalidInputError, match="control step"):
+        EpisodeConfig(**change)
+
+
+@pytest.mark.parametrize("change", [{"hold": -1.0}, {"time_limit": 0.0}])
+def test_impossible_times_are_errors_that_name_them(change):
+    with pytest.raises(InvalidInputError, match=next(iter(change))):
+        EpisodeConfig(**change)
