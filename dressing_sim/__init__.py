@@ -14,6 +14,7 @@ _PUBLIC = {
     "Outcome": "dressing_sim.judge",
     "Policy": "dressing_sim.learning",
     "Posture": "dressing_sim.arm",
+    "demonstrate": "dressing_sim.episode",
     "dress": "dressing_sim.episode",
     "load_demonstrations": "dressing_sim.demonstration",
     "load_suite": "dressing_sim.benchmark.suites",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -27,7 +28,7 @@ def evaluate(
     suite: str | None = None,
     policies: str | None = None,
     seed: int = 0,
-    workers: int = 2,
+    workers: int | None = None,
     out: Path = Path("results/evaluate"),
     json: bool = False,
 ) -> None:
@@ -48,7 +49,7 @@ def evaluate(
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class.
         seed: of the operator's variability.
-        workers: processes; the results do not depend on it.
+        workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results.
         json: print the summary as JSON, and nothing else, to standard output.
     """
@@ -66,6 +67,7 @@ def evaluate(
         chosen = chosen.with_policies([name.strip() for name in policies.split(",")])
     if suite is not None:
         chosen = replace(chosen, suite=suite)
+    workers = _processors() if workers is None else workers
     _positive("workers", workers)
     config = EpisodeConfig()
     with progress_bar(Console(stderr=True)) as progress, process_pool(workers) as executor:
@@ -268,6 +270,13 @@ def doctor(json: bool = False) -> None:
         print(json_format.dumps([asdict(finding) for finding in findings], indent=2))
     if any(finding.needed and not finding.ok for finding in findings):
         raise SystemExit(1)
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _positive(name: str, value: int) -> None:

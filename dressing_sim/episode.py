@@ -20,13 +20,11 @@ from dressing_sim.demonstration import Demonstration
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.judge import Failure, Outcome, Thresholds, Trace, judge
 from dressing_sim.learning import Policy
+from dressing_sim.meter import Meter
 from dressing_sim.operator import Operator
 from dressing_sim.settings import from_plain, to_plain
-from dressing_sim.world.dressed import ArmAxis
-from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
-from dressing_sim.world.strain import StrainGauge
 
 #: Called after every control step with the running world; for videos and views.
 Observer = Callable[[World], None]
@@ -142,7 +140,7 @@ class Episode:
         n_limit = round(config.time_limit / dt)
         held = np.repeat(trajectory.positions[-1:], n_hold, axis=0)
         commands = np.vstack([trajectory.positions, held])[: n_limit + 1]
-        meter = _Meter(self.world, config.thresholds.strain_percentile)
+        meter = Meter(self.world, config.thresholds.strain_percentile)
         positions = [self.start]
         for row in range(1, len(commands)):
             before, after = commands[row - 1], commands[row]
@@ -165,45 +163,6 @@ class Episode:
         finished = len(trajectory.positions) + n_hold <= n_limit + 1
         outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
         return Recording(outcome, trace, trajectory, np.array(positions))
-
-
-class _Meter:
-    """Collects the rows of a trace."""
-
-    def __init__(self, world: World, strain_percentile: float) -> None:
-        self._world = world
-        self._axis = ArmAxis.of(world.posture)
-        self._gauge = StrainGauge(world.mesh)
-        self._percentile = strain_percentile
-        self._around = world.config.sleeve.vertices_around
-        self._rows: list[tuple[object, ...]] = []
-
-    def read(self, target: NDArray[np.float64], pull: NDArray[np.float64]) -> None:
-        """Measure now; `pull` is the grip's mean force (3,) since the last reading [N]."""
-        world = self._world
-        cloth, tcp = world.cloth, world.tcp_position
-        rings = cloth.reshape(-1, self._around, 3)
-        strain = self._gauge.principal(cloth)
-        touched = world.robot_contacts()
-        self._rows.append(
-            (
-                tcp,
-                self._axis.coordinate(rings[0].mean(axis=0)[None])[0],
-                bool(np.all(self._axis.winding(rings) == 1)),
-                self._gauge.percentile(strain, self._percentile),
-                strain.max(),
-                np.linalg.norm(pull),
-                [np.linalg.norm(world.link_force(link)) for link in LINKS],
-                [link in touched for link in LINKS],
-                [np.linalg.norm(world.link_force(link, "robot")) for link in LINKS],
-                np.linalg.norm(tcp - target),
-                world.arm_torque,
-            )
-        )
-
-    def trace(self, dt: float) -> Trace:
-        """All readings so far."""
-        return Trace(dt, LINKS, *(np.array(column) for column in zip(*self._rows, strict=True)))
 
 
 def checked_path(path: object, name: str) -> NDArray[np.float64]:
