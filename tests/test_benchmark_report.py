@@ -16,6 +16,7 @@ from dressing_sim.benchmark.report import (
 from dressing_sim.benchmark.runner import EpisodeResult
 from dressing_sim.benchmark.statistics import wilson_interval
 from dressing_sim.demonstration import versions
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.judge import Failure, Outcome
 
 FIGURES = {"armscye_s": 1.93, "strain": 0.081, "grip_force": 1.25}
@@ -143,6 +144,6 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, summary, m
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fails)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises((OSError, InvalidInputError), match="disk full"):
         write_report(tmp_path, PROTOCOL, RESULTS[:1], summary, "after")
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -197,7 +197,7 @@ def test_a_failed_write_keeps_the_old_file_and_leaves_nothing_else(copy, monkeyp
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fails)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InvalidInputError, match="disk full"):
         save_demonstrations(copy, [made_up(3)])
     assert copy.read_bytes() == before
     assert list(copy.parent.iterdir()) == [copy]
