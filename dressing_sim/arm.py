@@ -107,8 +107,10 @@ class Posture:
                 f"posture {self.name!r}: unknown size {self.size!r}, "
                 f"valid is one of {', '.join(ARM_SIZES)}"
             )
-        displacement = np.abs(np.subtract(self.shoulder_position, DEFAULT_SHOULDER))
-        if displacement.shape != (3,) or not np.all(displacement <= MAX_SHOULDER_DISPLACEMENT):
+        place = np.asarray(self.shoulder_position, dtype=float)
+        if place.shape != (3,) or not np.all(
+            np.abs(place - DEFAULT_SHOULDER) <= MAX_SHOULDER_DISPLACEMENT
+        ):
             raise InvalidInputError(
                 f"posture {self.name!r}: shoulder_position is {self.shoulder_position}, valid is "
                 f"{DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"

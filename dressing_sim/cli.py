@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.files import check_writable
 
 if TYPE_CHECKING:
     from dressing_sim.episode import PathSource
@@ -69,6 +70,8 @@ def evaluate(
         chosen = replace(chosen, suite=suite)
     workers = _processors() if workers is None else workers
     _positive("workers", workers)
+    _seed(seed)
+    check_writable(out / "report.md")
     config = EpisodeConfig()
     with progress_bar(Console(stderr=True)) as progress, process_pool(workers) as executor:
         results = run_protocol(chosen, executor, seed, config, progress)
@@ -104,6 +107,8 @@ def demonstrate(
     from dressing_sim.demonstration import save_demonstrations
     from dressing_sim.episode import demonstrate as record_one
 
+    _seed(seed)
+    check_writable(out)
     recorded, lines = [], []
     for posture in load_suite(suite):
         demonstration, outcome = record_one(posture, posture_seed(seed, posture))
@@ -183,7 +188,7 @@ def dress(
             degrees.
         policy: expert, or a file that ``dressing-sim learn`` wrote.
         seed: of the operator's variability.
-        video: film to write: .mp4, .gif or .webm.
+        video: film to write: .mp4 or .gif.
         camera: front, close or above.
         fps: pictures a second.
         width: of a picture, in pixels.
@@ -195,6 +200,7 @@ def dress(
     from dressing_sim.video import Film, check_format
 
     arm = find_posture(posture)
+    _seed(seed)
     config = EpisodeConfig()
     for option, number in (("fps", fps), ("width", width), ("height", height)):
         _positive(option, number)
@@ -203,6 +209,7 @@ def dress(
         from dressing_sim.world.rendering import CAMERAS, gl_backend
 
         check_format(video)
+        check_writable(video)
         if camera not in CAMERAS:
             raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
         gl_backend()  # without OpenGL, say so before simulating
@@ -282,6 +289,11 @@ def _processors() -> int:
 def _positive(name: str, value: int) -> None:
     if value < 1:
         raise InvalidInputError(f"{name} is {value}, valid is 1 or more")
+
+
+def _seed(value: int) -> None:
+    if value < 0:
+        raise InvalidInputError(f"seed is {value}, valid is 0 or more")
 
 
 def _print_table(cells: Sequence[Sequence[str]]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,13 +14,15 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.arm import Posture, situation
+from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import replacing
 from dressing_sim.learning.frame import Frame
 
 FORMAT = "dressing_sim demonstrations"
 FORMAT_VERSION = 1
+
+_VALID = "valid is a file written by 'dressing-sim demonstrate'"
 
 #: Packages whose version can change the bits of a simulation.
 VERSIONED = (
@@ -90,8 +93,8 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     """Write demonstrations to an HDF5 file; an existing file is replaced, all or nothing.
 
     One group a demonstration, ``0``, ``1``, ...: datasets ``positions`` (T, 3) [m], ``commands``
-    (T, 7) [rad], ``shoulder``, ``elbow``, ``wrist`` (3,) [m]; attributes ``dt`` [s], ``seed``, and
-    ``posture``, ``settings``, ``versions`` as JSON.
+    (T, 7) [rad], ``shoulder``, ``elbow``, ``wrist`` (3,) [m]; attributes ``dt`` [s], ``seed``,
+    ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this.
     """
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["format"] = FORMAT
@@ -107,6 +110,23 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
             group.attrs["posture"] = json.dumps(demonstration.posture.to_dict())
             group.attrs["settings"] = json.dumps(demonstration.settings)
             group.attrs["versions"] = json.dumps(demonstration.versions)
+            group.attrs["sha256"] = _digest(demonstration)
+
+
+def _digest(demonstration: Demonstration) -> str:
+    """Checksum of everything in a demonstration; HDF5 alone does not notice a flipped bit."""
+    digest = hashlib.sha256()
+    for array in (demonstration.positions, demonstration.commands):
+        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    described = [
+        demonstration.dt,
+        demonstration.seed,
+        demonstration.posture.to_dict(),
+        demonstration.settings,
+        demonstration.versions,
+    ]
+    digest.update(json.dumps(described, sort_keys=True).encode())
+    return digest.hexdigest()
 
 
 def load_demonstrations(path: str | Path) -> list[Demonstration]:
@@ -120,43 +140,45 @@ def load_demonstrations(path: str | Path) -> list[Demonstration]:
     try:
         with h5py.File(path, "r") as file:
             if file.attrs.get("format") != FORMAT:
-                raise InvalidInputError(
-                    f"{path}: not a file of demonstrations; valid is one written by "
-                    "'dressing-sim demonstrate'"
-                )
+                raise InvalidInputError("not a file of demonstrations")
             if file.attrs["format_version"] != FORMAT_VERSION:
-                raise InvalidInputError(
-                    f"{path}: format version {file.attrs['format_version']}, "
-                    f"valid is {FORMAT_VERSION}"
-                )
-            return [_read(file[name], path) for name in sorted(file, key=int)]
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        if isinstance(error, InvalidInputError):
-            raise
-        raise InvalidInputError(
-            f"{path}: damaged or not HDF5 ({error}); valid is one written by "
-            "'dressing-sim demonstrate'"
-        ) from error
+                found = file.attrs["format_version"]
+                raise InvalidInputError(f"format version {found}, valid is {FORMAT_VERSION}")
+            return [_read(file[name]) for name in sorted(file, key=int)]
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{path}: {error}; {_VALID}") from error
+    # What h5py, numpy and json raise for a file that is damaged or made by something else.
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+        reason = " ".join(str(error).split())
+        raise InvalidInputError(f"{path}: damaged or not HDF5 ({reason}); {_VALID}") from error
 
 
-def _read(group: h5py.Group, path: str | Path) -> Demonstration:
-    posture = Posture.from_dict(json.loads(group.attrs["posture"]))
+def _read(group: h5py.Group) -> Demonstration:
+    described = {
+        name: json.loads(group.attrs[name]) for name in ("posture", "settings", "versions")
+    }
+    for name, value in described.items():
+        if not isinstance(value, dict):
+            raise InvalidInputError(f"{name} is {value!r:.40}, valid is a JSON object")
+    posture = Posture.from_dict(described["posture"])
     # The joints are stored for readers that do not know our angles; they must agree with them.
-    stored = situation(*(group[joint][:] for joint in ("shoulder", "elbow", "wrist")))
-    for ours, theirs in zip(posture.frames(), stored, strict=True):
-        if not (
-            np.allclose(ours.A, theirs.A, atol=1e-9) and np.allclose(ours.b, theirs.b, atol=1e-9)
-        ):
+    for joint in ("shoulder", "elbow", "wrist"):
+        if not np.allclose(group[joint][:], getattr(posture, joint), rtol=0.0, atol=1e-9):
             raise InvalidInputError(
-                f"{path}: the joints of posture {posture.name!r} do not match its angles; "
-                "the file was made with another version or edited"
+                f"the joints of posture {posture.name!r} do not match its angles; the file was "
+                "made with another version or edited"
             )
-    return Demonstration(
+    demonstration = Demonstration(
         positions=group["positions"][:],
         dt=float(group.attrs["dt"]),
         posture=posture,
         seed=int(group.attrs["seed"]),
         commands=group["commands"][:],
-        settings=json.loads(group.attrs["settings"]),
-        versions=json.loads(group.attrs["versions"]),
+        settings=described["settings"],
+        versions=described["versions"],
     )
+    if group.attrs["sha256"] != _digest(demonstration):
+        raise InvalidInputError(
+            f"the demonstration on {posture.name!r} does not match its checksum"
+        )
+    return demonstration

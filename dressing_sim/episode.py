@@ -29,6 +29,9 @@ from dressing_sim.world.simulation import World
 #: Called after every control step with the running world; for videos and views.
 Observer = Callable[[World], None]
 
+#: No part of the robot gets this far from its base's origin; farther points are not tried [m].
+FARTHEST = 1.5
+
 #: A cloth whose vertices are all slower than this hangs still [m/s].
 _SETTLED_SPEED = 0.05
 
@@ -52,6 +55,10 @@ class EpisodeConfig:
                 f"the control step of {self.tracking.dt} s is not a multiple of the physics step "
                 f"of {self.world.solver.timestep} s"
             )
+        if not self.hold >= 0.0:
+            raise InvalidInputError(f"episode: hold is {self.hold} s, valid is >= 0")
+        if not self.time_limit > 0.0:
+            raise InvalidInputError(f"episode: time_limit is {self.time_limit} s, valid is > 0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,15 +130,21 @@ class Episode:
             path_dt: Time between two rows [s].
             observer: Called after every control step.
         """
+        beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
+        if beyond > 0.0:
+            return self._unreachable(beyond)
         trajectory = track_path(
             path, path_dt, self.world.arm_configuration, self.kinematics, self.config.tracking
         )
         error = max(self.start_error, trajectory.max_error)
         if error > self.config.tracking.max_error:
-            failure = Failure("ik_unreachable", f"the robot stays {error:.3f} m from the path")
-            outcome = Outcome(False, (failure,), {"tracking_error": error})
-            return Recording(outcome, None, trajectory, self.start[None])
+            return self._unreachable(error)
         return self.play(trajectory, observer)
+
+    def _unreachable(self, error: float) -> Recording:
+        failure = Failure("ik_unreachable", f"the robot stays {error:.3g} m from the path")
+        outcome = Outcome(False, (failure,), {"tracking_error": error})
+        return Recording(outcome, None, None, self.start[None])
 
     def play(self, trajectory: JointTrajectory, observer: Observer | None = None) -> Recording:
         """Play joint commands, hold the last one, and judge what happens."""
@@ -223,8 +236,17 @@ def record(
         return episode.follow(checked_path(source, "the path"), DEFAULT_PATH_DT, observer)
     name = f"policy {type(source).__name__}"
     path = checked_path(source.generate(posture.frames(), episode.start), name)
-    path_dt = getattr(source, "dt", None) or DEFAULT_PATH_DT
-    return episode.follow(path, float(path_dt), observer)
+    return episode.follow(path, _path_dt(source, name), observer)
+
+
+def _path_dt(policy: Policy, name: str) -> float:
+    """Seconds between the points of a policy's path."""
+    dt = getattr(policy, "dt", None)
+    if dt is None:
+        return DEFAULT_PATH_DT
+    if not (isinstance(dt, (int, float)) and np.isfinite(dt) and dt > 0.0):
+        raise InvalidInputError(f"{name}: its attribute dt is {dt!r}, valid is seconds above zero")
+    return float(dt)
 
 
 def dress(
@@ -271,7 +293,15 @@ def replay(demonstration: Demonstration, observer: Observer | None = None) -> Re
     """Play a demonstration's commands again in the world it was recorded in.
 
     With the versions that it was recorded with, the gripper's positions are the same to the bit.
+
+    Raises:
+        InvalidInputError: It does not say which world it was recorded in.
     """
+    if "episode" not in demonstration.settings:
+        raise InvalidInputError(
+            f"the demonstration on {demonstration.posture.name!r} has no settings of its episode; "
+            "valid is one that was recorded in the simulator"
+        )
     config = from_plain(EpisodeConfig, demonstration.settings["episode"])
     episode = Episode(demonstration.posture, config)
     commands = demonstration.commands

@@ -18,7 +18,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Missing folders are made. A reader sees the old file or the whole new one.
 
     Raises:
-        InvalidInputError: The folder cannot be written to.
+        InvalidInputError: The file or its folder cannot be written to.
     """
     target = Path(path)
     try:
@@ -26,9 +26,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
         descriptor, name = tempfile.mkstemp(
             dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix
         )
+        os.close(descriptor)
     except OSError as error:
-        raise InvalidInputError(f"{target}: cannot be written ({error.strerror})") from error
-    os.close(descriptor)
+        raise _unwritable(target, error) from error
     temporary = Path(name)
     try:
         yield temporary
@@ -36,10 +36,33 @@ def replacing(path: str | Path) -> Iterator[Path]:
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)
-        temporary.replace(target)
+        try:
+            temporary.replace(target)
+        except OSError as error:
+            raise _unwritable(target, error) from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def _unwritable(target: Path, error: OSError) -> InvalidInputError:
+    return InvalidInputError(f"{target}: cannot be written ({error.strerror or error})")
+
+
+def check_writable(path: str | Path) -> None:
+    """Find out before long work whether its result can be written; nothing is left behind.
+
+    Raises:
+        InvalidInputError: `path` is a folder, or is in a place that cannot be written to.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise InvalidInputError(f"{target}: cannot be written (it is a folder)")
+    existing = next(parent for parent in target.absolute().parents if parent.exists())
+    if not (existing.is_dir() and os.access(existing, os.W_OK)):
+        raise InvalidInputError(
+            f"{target}: cannot be written ({existing} is not a folder of yours)"
+        )
 
 
 def write_text(path: str | Path, text: str) -> None:

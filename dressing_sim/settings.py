@@ -25,6 +25,11 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
         InvalidInputError: A key that the dataclass has not.
     """
     hints = get_type_hints(kind)
+    if not isinstance(values, Mapping):
+        raise InvalidInputError(
+            f"{kind.__name__}: got {values!r:.40}, valid is an object with the settings "
+            f"{', '.join(hints)}"
+        )
     unknown = set(values) - set(hints)
     if unknown:
         raise InvalidInputError(

@@ -16,7 +16,7 @@ from dressing_sim.world.rendering import OffscreenRenderer
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.simulation import World
 
-FORMATS = (".mp4", ".gif", ".webm")
+FORMATS = (".mp4", ".gif")
 
 
 class Film:
@@ -31,17 +31,19 @@ class Film:
     def __init__(self, fps: int = 25) -> None:
         self.fps = fps
         self._states: list[NDArray[np.float64]] = []
-        self._next = -np.inf
+        self._next: float | None = None
 
     def __len__(self) -> int:
         return len(self._states)
 
     def expose(self, world: World) -> None:
         """Take a picture if it is time for one."""
+        if self._next is None:
+            self._next = world.time
         # Half a microsecond of slack: times are sums of time steps.
-        if world.time >= self._next - 5e-7:
+        while world.time >= self._next - 5e-7:
             self._states.append(world.data.qpos.copy())
-            self._next = max(self._next, world.time) + 1.0 / self.fps
+            self._next += 1.0 / self.fps
 
     def write(
         self,
@@ -64,9 +66,11 @@ class Film:
 
         Raises:
             DressingSimError: No OpenGL works here.
-            InvalidInputError: The suffix is not one of `FORMATS`.
+            InvalidInputError: The suffix is not one of `FORMATS`, or there is no picture.
         """
         check_format(path)
+        if not self._states:
+            raise InvalidInputError(f"video {path}: there is no picture to write")
         with (
             OffscreenRenderer(posture, config, width, height) as renderer,
             replacing(path) as temporary,

@@ -43,11 +43,16 @@ def make_policy(name: str) -> Policy:
     elif ":" in name:
         factory = _import(name)
     else:
-        valid = ", ".join([EXPERT, "default", *BUILT_IN, *installed])
+        valid = ", ".join(["default", *BUILT_IN, *installed])
         raise InvalidInputError(
             f"unknown policy {name!r}; valid is one of {valid}, or module:Class"
         )
-    policy = factory()
+    try:
+        policy = factory()
+    except TypeError as error:
+        raise InvalidInputError(
+            f"policy {name!r}: {error}; valid is a class that needs no arguments"
+        ) from error
     if not isinstance(policy, Policy):
         raise InvalidInputError(
             f"policy {name!r}: valid is a class with fit(demonstrations) and "
@@ -60,7 +65,7 @@ def _import(name: str) -> Callable[[], object]:
     module, _, attribute = name.partition(":")
     try:
         factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, TypeError, ValueError) as error:
         raise InvalidInputError(f"policy {name!r}: {error}") from error
     if not callable(factory):
         raise InvalidInputError(f"policy {name!r}: not a class")

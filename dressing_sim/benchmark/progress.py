@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from dressing_sim.benchmark.runner import EpisodeResult, Progress
@@ -22,15 +22,20 @@ def progress_bar(console: Console) -> Iterator[Progress]:
         TimeElapsedColumn(),
         TextColumn("{task.fields[success]}"),
     )
-    with Bar(*columns, console=console) as bar:
-        tasks: dict[str, object] = {}
+    bar = Bar(*columns, console=console)
+    tasks: dict[str, TaskID] = {}
 
-        def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=total, success="")
-            bar.update(tasks[stage], completed=done, success=_success(results))  # type: ignore[arg-type]
+    def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+        if stage not in tasks:
+            bar.start()  # not before there is something to show: an early error stays one line
+            tasks[stage] = bar.add_task(stage, total=total, success="")
+        bar.update(tasks[stage], completed=done, success=_success(results))
 
+    try:
         yield tell
+    finally:
+        if tasks:
+            bar.stop()
 
 
 def _success(results: Sequence[EpisodeResult]) -> str:

@@ -41,7 +41,7 @@ class Protocol:
         sets = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
         entries = [
             entry
-            for name in names
+            for name in dict.fromkeys(names)
             for entry in ([Entry(name)] if name == EXPERT else [Entry(name, s) for s in sets])
         ]
         return Protocol(self.name, self.suite, tuple(entries))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
@@ -149,5 +150,5 @@ def posture_seed(seed: int, posture: Posture) -> int:
 
     It depends on both arguments and on nothing else: not on the order, nor on the other postures.
     """
-    digits = "".join(f"{ord(letter):03d}" for letter in posture.name)
-    return (seed * 1_000_003 + int(digits)) % 2**32
+    digest = hashlib.sha256(f"{seed} {posture.name}".encode()).digest()
+    return int.from_bytes(digest[:4], "big")

@@ -115,8 +115,8 @@ def load_suite(name_or_file: str) -> list[Posture]:
     if name_or_file.startswith("random:"):
         return _random_suite(name_or_file)
     builtin = assets() / "suites" / f"{name_or_file}.json"
-    path = builtin if builtin.is_file() else Path(name_or_file)
-    if not path.is_file():
+    path = builtin if _is_file(builtin) else Path(name_or_file)
+    if not _is_file(path):
         raise InvalidInputError(
             f"unknown suite {name_or_file!r}; valid is one of {', '.join(suite_names())}, a JSON "
             "file, or random:N[:SEED]"
@@ -126,6 +126,13 @@ def load_suite(name_or_file: str) -> list[Posture]:
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InvalidInputError(f"suite {path}: not JSON ({error})") from error
     return _postures(content, str(path))
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name too long for a file, for instance
+        return False
 
 
 def _random_suite(text: str) -> list[Posture]:

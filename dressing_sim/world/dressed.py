@@ -54,8 +54,9 @@ class ArmAxis:
     def winding(self, rings: NDArray[np.float64]) -> NDArray[np.int64]:
         """How often each closed ring winds round the arm.
 
-        The linking number of the ring and the arm's axis: the signed number of times that the
-        prolonged axis crosses the fan of triangles between the ring and its centre.
+        The Gauss linking number of the ring and the prolonged axis, from the solid angle of each
+        pair of segments (Klenin and Langowski, Biopolymers 54, 2000, method 1a). The axis is open,
+        but long, so that the sum is near an integer and is rounded.
 
         Args:
             rings: Closed polygons, shape (n_rings, n_around, 3) [m].
@@ -72,30 +73,27 @@ class ArmAxis:
                 shoulder + _PROLONGATION * (shoulder - elbow),
             ]
         )
-        centre = rings.mean(axis=1, keepdims=True)
-        a = rings - centre
-        b = np.roll(rings, -1, axis=1) - centre
-        total = np.zeros(len(rings), dtype=np.int64)
-        for start, end in pairwise(chain):
-            total -= _crossings(start - centre, end - centre, a, b).sum(axis=1)
-        return total
+        after = np.roll(rings, -1, axis=1)
+        angle = sum(_solid_angle(a, b, rings, after).sum(axis=1) for a, b in pairwise(chain))
+        return np.rint(angle / (4.0 * np.pi)).astype(np.int64)
 
 
-def _crossings(
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Signed crossings of segments with triangles (0, a, b); +1 along their normal a x b."""
-    direction = end - start
-    normal = np.cross(a, b)
-    along = np.einsum("...i,...i", normal, direction)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = -np.einsum("...i,...i", normal, start) / along
-        point = start + t[..., None] * direction
-        square = np.einsum("...i,...i", normal, normal)
-        alpha = np.einsum("...i,...i", np.cross(point, b), normal) / square
-        beta = np.einsum("...i,...i", np.cross(a, point), normal) / square
-    inside = (alpha >= 0.0) & (beta >= 0.0) & (alpha + beta <= 1.0) & (t >= 0.0) & (t < 1.0)
-    return np.where(inside, np.sign(along), 0.0).astype(np.int64)
+def _solid_angle(
+    p1: NDArray[np.float64],
+    p2: NDArray[np.float64],
+    q1: NDArray[np.float64],
+    q2: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Signed solid angle of the directions from segment p1 p2 to segments q1 q2, shape (...)."""
+    r13, r14, r23, r24 = q1 - p1, q2 - p1, q1 - p2, q2 - p2
+    normals = [_unit(np.cross(a, b)) for a, b in ((r13, r14), (r14, r24), (r24, r23), (r23, r13))]
+    area = np.zeros(q1.shape[:-1])
+    for one, next_one in zip(normals, [*normals[1:], normals[0]], strict=True):
+        area += np.arcsin(np.clip(np.einsum("...i,...i", one, next_one), -1.0, 1.0))
+    return area * np.sign(np.einsum("...i,...i", np.cross(p2 - p1, q2 - q1), r13))
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors of length one; a vector of length zero stays as it is."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(lengths > 0.0, lengths, 1.0)

@@ -148,8 +148,9 @@ class World:
         """Force (3,) with which the fingers pull the cloth, the sum over the gripped vertices."""
         rows = self.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         held = rows & np.isin(self.data.efc_id, self._grip)
-        # A connect constraint has three rows, the axes of the world.
-        return self.data.efc_force[held].reshape(-1, 3).sum(axis=0)
+        # A connect constraint has three rows, the axes of the world; its force is that on the
+        # first body, the hand, and the cloth feels the opposite.
+        return -self.data.efc_force[held].reshape(-1, 3).sum(axis=0)
 
     def link_force(self, link: str, source: str = "cloth") -> NDArray[np.float64]:
         """Net contact force (3,) on a link of the mannequin.

@@ -73,6 +73,11 @@ class SleeveConfig:
         ):
             if not getattr(self, name) > 0.0:
                 raise InvalidInputError(f"sleeve: {name} is {getattr(self, name)}, valid is > 0")
+        for name in ("friction", "damping"):
+            if not getattr(self, name) >= 0.0:
+                raise InvalidInputError(f"sleeve: {name} is {getattr(self, name)}, valid is >= 0")
+        if not 0.0 <= self.poisson < 0.5:
+            raise InvalidInputError(f"sleeve: poisson is {self.poisson}, valid is 0 to below 0.5")
 
     @property
     def elastic_thickness(self) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from dressing_sim.learning.kernels.exponential import exp_below_zero
-from dressing_sim.learning.kernels.linalg import FAST, cholesky, invert_lower
+from dressing_sim.learning.kernels.linalg import cholesky, invert_lower
 
 BLOCK = 128  # samples worked on at a time, so that the buffers stay in the first-level cache
 
@@ -28,7 +28,7 @@ def whiten(
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy")
 def block_responsibilities(
     data: np.ndarray,
     begin: int,
@@ -85,7 +85,7 @@ def block_responsibilities(
     return log_likelihood
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy")
 def accumulate(
     data: np.ndarray,
     begin: int,

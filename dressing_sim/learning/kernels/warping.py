@@ -7,10 +7,8 @@ out by antidiagonals, in loops that vectorise: ``cost[i + j, i]`` holds g(i, j).
 import numpy as np
 from numba import njit
 
-from dressing_sim.learning.kernels.linalg import FAST
 
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy")
 def accumulate_diagonal(
     s: int,
     rows: np.ndarray,
