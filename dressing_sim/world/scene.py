@@ -35,8 +35,11 @@ class SolverConfig:
     """``"CG"`` or ``"Newton"``."""
     iterations: int = 200
     """Most solver iterations a step; 10 are too few and turn verdicts round."""
-    tolerance: float = 1e-6
-    """Solver's stopping tolerance."""
+    tolerance: float = 1e-8
+    """Solver's stopping tolerance. MuJoCo scales it by the mean inertia, most of which is the
+    robot's, a hundred times a vertex's mass: at 1e-6 a loose sleeve never comes to rest."""
+    impratio: float = 10.0
+    """How much harder friction is than contact; at 1 a sleeve creeps down a sloping arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,7 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
     option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{config.solver.solver.upper()}")
     option.iterations = config.solver.iterations
     option.tolerance = config.solver.tolerance
+    option.impratio = config.solver.impratio
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
     add_mannequin(spec, posture, config.sleeve.friction, _MANNEQUIN, _ROBOT | _CLOTH)

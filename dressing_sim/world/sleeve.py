@@ -41,11 +41,11 @@ class SleeveConfig:
     """Sliding friction coefficient between fabric and skin; measured on forearms: 0.31 +- 0.07."""
     collision_radius: float = 0.002
     """Half the thickness that contacts see [m]; thicker than fabric, for the contact solver."""
-    contact_time: float = 0.01
+    contact_time: float = 0.015
     """Time in which a penetration heals [s]; at least twice the physics step."""
-    contact_impedance: float = 0.999
-    """How hard a contact is, 0 to 1. Forces scale with the vertices' tiny masses: MuJoCo's
-    default of 0.95 lets an elbow poke through the cloth at a few newtons."""
+    contact_impedance: float = 0.975
+    """How hard a contact is, 0 to 1. Forces scale with the vertices' tiny masses: with MuJoCo's
+    default of 0.95 an elbow pokes through the cloth at a few newtons."""
     grip_impedance: float = 0.9999
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
     vertices_around: int = 18
@@ -205,6 +205,7 @@ def add_sleeve(
         contype=contype,
         conaffinity=conaffinity,
         condim=3,
+        priority=1,  # else contacts take the mean of these settings and the mannequin's defaults
         friction=[config.friction, 0.005, 0.0001],
         solref=[config.contact_time, 1.0],
         solimp=[config.contact_impedance, config.contact_impedance, 0.001, 0.5, 2.0],
