@@ -70,6 +70,11 @@ def test_the_backend_that_is_used_works(opengl):
     assert rendering.probe(opengl) is None
 
 
+def test_a_picture_that_is_too_large_to_draw_is_an_error(opengl, posture):
+    with pytest.raises(DressingSimError):
+        OffscreenRenderer(posture, WorldConfig(), width=10**5, height=10)
+
+
 def test_a_backend_that_does_not_exist_has_a_reason():
     assert "nonsense" in rendering.probe("nonsense")
 
