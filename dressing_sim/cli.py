@@ -329,6 +329,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except DressingSimError as error:
         print(f"dressing-sim: {error}", file=sys.stderr)
         raise SystemExit(2) from None
+    except BrokenPipeError:
+        # Whoever read our output has had enough; do not complain at exit either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(141) from None
     except KeyboardInterrupt:
         print("dressing-sim: interrupted", file=sys.stderr)
         raise SystemExit(130) from None

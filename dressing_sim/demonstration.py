@@ -97,7 +97,9 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this.
     """
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs["format"] = FORMAT
+        # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
+        # come back from reading a damaged one.
+        file.attrs["format"] = np.bytes_(FORMAT)
         file.attrs["format_version"] = FORMAT_VERSION
         for number, demonstration in enumerate(demonstrations):
             group = file.create_group(str(number))
@@ -107,10 +109,15 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
                 group[joint] = getattr(demonstration.posture, joint)
             group.attrs["dt"] = demonstration.dt
             group.attrs["seed"] = demonstration.seed
-            group.attrs["posture"] = json.dumps(demonstration.posture.to_dict())
-            group.attrs["settings"] = json.dumps(demonstration.settings)
-            group.attrs["versions"] = json.dumps(demonstration.versions)
-            group.attrs["sha256"] = _digest(demonstration)
+            group.attrs["posture"] = _text(demonstration.posture.to_dict())
+            group.attrs["settings"] = _text(demonstration.settings)
+            group.attrs["versions"] = _text(demonstration.versions)
+            group.attrs["sha256"] = np.bytes_(_digest(demonstration))
+
+
+def _text(value: object) -> np.bytes_:
+    """Plain values as JSON of fixed length; JSON's own escapes keep it ASCII."""
+    return np.bytes_(json.dumps(value).encode("ascii"))
 
 
 def _digest(demonstration: Demonstration) -> str:
@@ -139,7 +146,7 @@ def load_demonstrations(path: str | Path) -> list[Demonstration]:
         raise InvalidInputError(f"{path}: no such file; valid is an HDF5 file of demonstrations")
     try:
         with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT:
+            if np.bytes_(file.attrs.get("format", "")) != FORMAT.encode():
                 raise InvalidInputError("not a file of demonstrations")
             if file.attrs["format_version"] != FORMAT_VERSION:
                 found = file.attrs["format_version"]
@@ -177,7 +184,7 @@ def _read(group: h5py.Group) -> Demonstration:
         settings=described["settings"],
         versions=described["versions"],
     )
-    if group.attrs["sha256"] != _digest(demonstration):
+    if np.bytes_(group.attrs["sha256"]) != _digest(demonstration).encode():
         raise InvalidInputError(
             f"the demonstration on {posture.name!r} does not match its checksum"
         )

@@ -19,12 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import DressingSimError
+from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.world.scene import WorldConfig, build_spec
 from dressing_sim.world.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
 
 #: Tried in this order unless the environment variable MUJOCO_GL names one of them.
 BACKENDS = ("egl", "osmesa")
+
+#: Software OpenGL draws no larger pictures [pixels].
+LARGEST_SIDE = 4096
 
 CAMERAS = ("front", "close", "above")
 
@@ -82,11 +85,17 @@ class OffscreenRenderer:
 
     Raises:
         DressingSimError: No OpenGL backend works.
+        InvalidInputError: A side of the picture is below 1 or above `LARGEST_SIDE`.
     """
 
     def __init__(
         self, posture: Posture, config: WorldConfig, width: int = 640, height: int = 480
     ) -> None:
+        for side in (width, height):
+            if not 1 <= side <= LARGEST_SIDE:
+                raise InvalidInputError(
+                    f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
+                )
         backend = gl_backend()
         spec, _ = build_spec(posture, config)
         add_visuals(spec)
