@@ -50,7 +50,7 @@ def test_nothing_is_left_beside_the_file_and_a_failed_save_keeps_the_old_one(tmp
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fails)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InvalidInputError, match="disk full"):
         save_model(policy, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
