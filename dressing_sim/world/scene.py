@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.world.mannequin import LINKS, add_mannequin
 from dressing_sim.world.panda import (
-    ARM_JOINTS,
     BASE_BODY,
-    FINGER_JOINTS,
     TCP_BODY,
     ServoConfig,
     panda_spec,
@@ -133,16 +131,3 @@ def _add_force_sensors(spec: mujoco.MjSpec) -> None:
             refname=BASE_BODY,
             **shared,
         )
-
-
-__all__ = [
-    "ARM_JOINTS",
-    "FINGER_JOINTS",
-    "SolverConfig",
-    "WorldConfig",
-    "build_spec",
-    "force_sensor_name",
-    "grip_name",
-    "grip_start",
-    "resting_sleeve",
-]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import ARM_JOINTS, FINGER_JOINTS, TCP_BODY
+from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY
 from dressing_sim.world.scene import (
     WorldConfig,
     build_spec,
@@ -51,7 +51,6 @@ class World:
         self._arm_qpos = np.array([model.joint(name).qposadr[0] for name in ARM_JOINTS])
         self._arm_dof = np.array([model.joint(name).dofadr[0] for name in ARM_JOINTS])
         self._arm_actuator = np.array([model.actuator(name).id for name in ARM_JOINTS])
-        self._finger_qpos = np.array([model.joint(name).qposadr[0] for name in FINGER_JOINTS])
         self._grip = np.array([model.equality(grip_name(v)).id for v in mesh.gripped])
         self._lag = np.array(config.servo.damping) / np.array(config.servo.stiffness)
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
