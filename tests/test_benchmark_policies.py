@@ -1,3 +1,4 @@
+import pickle
 import sys
 from types import ModuleType
 
@@ -5,9 +6,12 @@ import numpy as np
 import pytest
 
 from dressing_sim.benchmark import policies
+from dressing_sim.benchmark.paper_settings import PaperSettings, SamplerOf, settings_from_text
 from dressing_sim.benchmark.policies import BUILT_IN, DEFAULT, EXPERT, make_policy
+from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import Policy
+from dressing_sim.learning import Policy, SyntheticDemonstration
+from dressing_sim.settings import to_plain
 
 
 class Still:
@@ -30,11 +34,17 @@ class Demanding(Still):
         self.taste = taste
 
 
+class Random(Still):
+    def __init__(self, seed=None):
+        self.seed = seed
+
+
 @pytest.fixture(autouse=True)
 def third_party(monkeypatch):
     """A module of somebody else's."""
     module = ModuleType("third_party")
     module.Still, module.Halfway, module.Demanding = Still, Halfway, Demanding
+    module.Random = Random
     module.number = 5
     monkeypatch.setitem(sys.modules, "third_party", module)
 
@@ -59,6 +69,11 @@ def test_default_is_what_it_stands_for():
 
 def test_a_class_can_be_named():
     assert isinstance(make_policy("third_party:Still"), Still)
+
+
+def test_a_class_is_given_a_seed_if_it_takes_one():
+    assert make_policy("third_party:Random", seed=5).seed == 5
+    assert isinstance(make_policy("third_party:Still", seed=5), Still)
 
 
 def test_an_installed_policy_has_a_name(monkeypatch):
@@ -87,6 +102,20 @@ def test_an_installed_policy_has_a_name(monkeypatch):
         ("third_party:number", "not a class"),
         ("third_party:Halfway", "generate(frames, start)"),
         ("third_party:Demanding", "taste"),
+        ("third_party:Still?seed=1", "takes no settings"),
+        ("tp-gmm?", "name=value"),
+        ("tp-gmm?end_radius", "name=value"),
+        ("tp-gmm?floor=1", "position_floor"),
+        ("tp-gmm?end_radius=0&end_radius=0", "twice"),
+        ("tp-gmm?end_radius=far", "a number"),
+        ("tp-gmm?end_radius=nan", ">= 0"),
+        ("tp-gmm?position_floor=-1", ">= 0"),
+        ("tp-gmm?samples=1.5", "a whole number"),
+        ("tp-gmm?samples=1", "samples >= 3"),
+        ("tp-gmm?n_components=0", "n_components >= 1"),
+        ("tp-gmm-rf?shrinkage=1", "true or false"),
+        ("tp-gmm-rf?situations=mars", "frames, arms"),
+        ("tp-gmm-rf?fusion=", "product-then-regression"),
     ],
 )
 def test_a_policy_that_cannot_be_had_is_an_error_that_names_it(name, part):
@@ -95,6 +124,51 @@ def test_a_policy_that_cannot_be_had_is_an_error_that_names_it(name, part):
     assert part in str(caught.value)
     assert repr(name) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_settings_after_the_name_reach_the_policy():
+    policy = make_policy("tp-gmm?position_floor=0.01&end_radius=0&relative_floor=false")
+    assert policy.model.floor == (0.01, PaperSettings().displacement_floor)
+    assert policy.end_radius == 0.0
+    assert policy.model.relative_floor is False
+    assert make_policy("tp-gmm").end_radius == PaperSettings().end_radius
+    assert make_policy("default?samples=50").samples == 50
+
+
+def test_every_setting_can_be_named():
+    default = PaperSettings()
+    plain = {
+        k: str(v).lower() if v is True or v is False else v for k, v in to_plain(default).items()
+    }
+    assert settings_from_text("&".join(f"{k}={v}" for k, v in plain.items())) == default
+
+
+def test_augmented_policies_differ_by_method_and_seed_and_can_be_sent_to_a_process():
+    policy = make_policy("tp-gmm-rf-noise?max_iterations=9", seed=3)
+    assert (policy.method, policy.seed, policy.max_iterations) == ("rf+noise", 3, 9)
+    copy = pickle.loads(pickle.dumps(policy))
+    assert copy.sampler == policy.sampler
+
+
+@pytest.mark.parametrize(
+    ("settings", "related"),
+    [
+        (PaperSettings(), False),
+        (PaperSettings(situations="arms"), True),
+        (PaperSettings(situations="arms", free_axes="arm-plane"), True),
+    ],
+)
+def test_random_situations_are_independent_frames_or_those_of_an_arm(settings, related, rng):
+    shown = [SyntheticDemonstration(np.eye(3), 1.0, p.frames()) for p in load_suite("case_a")]
+    sampler = SamplerOf(settings)(shown)
+    gaps = []
+    for _ in range(20):
+        shoulder, wrist = sampler.sample(rng)
+        across = np.cross(shoulder.A[:, 0], wrist.A[:, 0])
+        gaps.append(abs(across @ (wrist.b - shoulder.b)) / np.linalg.norm(across))
+        flat = abs(shoulder.A[:, 1] @ across) < 1e-9
+        assert flat == (settings.free_axes == "arm-plane")
+    assert (max(gaps) < 1e-9) == related
 
 
 def test_the_expert_does_not_learn_and_the_error_does_not_offer_it():

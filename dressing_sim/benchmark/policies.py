@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
-from functools import partial
 from importlib import import_module
 from importlib.metadata import entry_points
 
+from dressing_sim.benchmark.paper_settings import PaperSettings, settings_from_text
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import Policy, TrajectoryTPGMM
+from dressing_sim.learning import Method, Policy
 
 #: The scripted operator; it sees the whole posture and learns nothing.
 EXPERT = "expert"
@@ -16,39 +17,47 @@ EXPERT = "expert"
 #: Other packages register policies of theirs under this entry-point group.
 ENTRY_POINT_GROUP = "dressing_sim.policies"
 
-BUILT_IN: Mapping[str, Callable[[], Policy]] = {
-    "tp-gmm": partial(TrajectoryTPGMM, n_components=4),
+#: The paper's policies, and how Algorithm 1 makes synthetic demonstrations for each.
+BUILT_IN: Mapping[str, Method | None] = {
+    "tp-gmm": None,
+    "tp-gmm-noise": "noise",
+    "tp-gmm-rf": "rf",
+    "tp-gmm-rf-noise": "rf+noise",
 }
 
 #: What `dressing-sim learn` uses and the name ``default`` stands for.
 DEFAULT = "tp-gmm"
 
 
-def make_policy(name: str) -> Policy:
+def make_policy(name: str, seed: int = 0) -> Policy:
     """A new policy, not yet fitted.
 
     Args:
         name: A built-in name, ``default``, the name of an installed entry point, or
-            ``module:Class`` with a class that needs no arguments.
+            ``module:Class`` with a class that needs no arguments but perhaps ``seed``. A built-in
+            name may be followed by settings that differ from `PaperSettings`:
+            ``tp-gmm-rf?position_floor=0.01&end_radius=0``.
+        seed: Of the policy's own randomness; given to a class of others if it takes ``seed``.
 
     Raises:
-        InvalidInputError: There is no such policy, or it lacks `fit` or `generate`.
+        InvalidInputError: There is no such policy or setting, or the policy lacks `fit` or
+            `generate`.
     """
-    name = DEFAULT if name == "default" else name
-    installed = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    if name in BUILT_IN:
-        factory: Callable[[], object] = BUILT_IN[name]
-    elif name in installed:
-        factory = installed[name].load()
-    elif ":" in name:
-        factory = _import(name)
-    else:
-        valid = ", ".join(["default", *BUILT_IN, *installed])
+    stem, mark, text = name.partition("?")
+    stem = DEFAULT if stem == "default" else stem
+    if stem in BUILT_IN:
+        try:
+            settings = settings_from_text(text) if mark else PaperSettings()
+            return settings.policy(BUILT_IN[stem], seed)
+        except InvalidInputError as error:
+            raise InvalidInputError(f"policy {name!r}: {error}") from error
+    factory = _find(stem)
+    if mark:
         raise InvalidInputError(
-            f"unknown policy {name!r}; valid is one of {valid}, or module:Class"
+            f"policy {name!r}: {stem} takes no settings after '?'; valid for {', '.join(BUILT_IN)}"
         )
     try:
-        policy = factory()
+        policy = factory(seed=seed) if _takes_seed(factory) else factory()
     except TypeError as error:
         raise InvalidInputError(
             f"policy {name!r}: {error}; valid is a class that needs no arguments"
@@ -61,7 +70,25 @@ def make_policy(name: str) -> Policy:
     return policy
 
 
-def _import(name: str) -> Callable[[], object]:
+def _find(name: str) -> Callable[..., object]:
+    installed = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+    if name in installed:
+        factory: Callable[..., object] = installed[name].load()
+        return factory
+    if ":" in name:
+        return _import(name)
+    valid = ", ".join(["default", *BUILT_IN, *installed])
+    raise InvalidInputError(f"unknown policy {name!r}; valid is one of {valid}, or module:Class")
+
+
+def _takes_seed(factory: Callable[..., object]) -> bool:
+    try:
+        return "seed" in inspect.signature(factory).parameters
+    except ValueError:  # a class written in C need not say what it takes
+        return False
+
+
+def _import(name: str) -> Callable[..., object]:
     module, _, attribute = name.partition(":")
     try:
         factory = getattr(import_module(module), attribute)

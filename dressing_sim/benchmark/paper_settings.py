@@ -1,0 +1,162 @@
+"""The paper's dressing policies: what it says of them, and what it leaves open.
+
+J. Zhu, M. Gienger and J. Kober, *Learning Task-Parameterized Skills from Few Demonstrations*, IEEE
+Robotics and Automation Letters (2022), section VI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args, get_type_hints
+
+import numpy as np
+
+from dressing_sim.benchmark.situations import ArmPlanePolicy, ArmSampler, InArmPlane
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import (
+    BoundsSampler,
+    DemonstrationLike,
+    FusionOrder,
+    Method,
+    Policy,
+    SituationSampler,
+    TrajectoryTPGMM,
+)
+from dressing_sim.learning.augmented import AugmentedTPGMM
+
+FreeAxes = Literal["gravity", "arm-plane"]
+Situations = Literal["frames", "arms"]
+
+
+@dataclass(frozen=True, slots=True)
+class PaperSettings:
+    """Settings of all built-in policies, the same for every row of a table."""
+
+    n_components: int = 4
+    """K; the paper's."""
+    max_demonstrations: int = 7
+    """M; the paper's."""
+    max_iterations: int = 100
+    """L; the paper's."""
+    snr_db: float = 30.0
+    """Of the white noise [dB]; the paper's."""
+    fusion: FusionOrder = "regression-then-product"
+    """The paper's text and the authors' code differ; see ``docs/learning.md``."""
+    position_floor: float = 0.1
+    """Added to the positions' variance. Not in the paper, as all that follows."""
+    displacement_floor: float = 0.1
+    """Added to the displacements' variance. How displacements are scaled against positions matters
+    through the floors alone: the rest of the model does not depend on units."""
+    relative_floor: bool = True
+    """Whether floors are fractions of the data's variance in each frame, or in [m^2]."""
+    samples: int = 200
+    """In a demonstration of mean duration, resampled; it sets the time a displacement spans."""
+    shrinkage: bool = False
+    """Whether covariances are shrunk for few demonstrations; not the paper's method."""
+    end_radius: float = 0.2
+    """Where a motion may end at the predicted end, as a fraction of the demonstrated length; with
+    0 it ends at rest only."""
+    free_axes: FreeAxes = "gravity"
+    """What the frames' z axes follow: up, or the normal of the arm's plane."""
+    situations: Situations = "frames"
+    """Random situations: each frame on its own within bounds, or both frames of a possible arm."""
+    angle_margin_deg: float = 10.0
+    """Random situations may be turned by this much more than the demonstrated ones [deg]."""
+    translation_margin: float = 0.25
+    """They may be shifted by this much more, as a fraction of the demonstrated range."""
+
+    def __post_init__(self) -> None:
+        for name, hint in get_type_hints(PaperSettings).items():
+            value, valid = getattr(self, name), get_args(hint)
+            if valid and value not in valid:
+                raise InvalidInputError(f"{name} is {value!r}, valid is one of {', '.join(valid)}")
+            if hint is float and not (np.isfinite(value) and value >= 0.0):
+                raise InvalidInputError(f"{name} is {value}, valid is >= 0")
+            if hint is int and value < 0:
+                raise InvalidInputError(f"{name} is {value}, valid is >= 0")
+
+    def policy(self, method: Method | None = None, seed: int = 0) -> Policy:
+        """A new policy: of the expert's demonstrations alone, or improved by Algorithm 1.
+
+        Args:
+            method: How synthetic demonstrations are made; None for the initial policy.
+            seed: Of Algorithm 1.
+
+        Raises:
+            InvalidInputError: Settings that no policy can have.
+        """
+        policy = TrajectoryTPGMM(
+            self.n_components,
+            fusion=self.fusion,
+            position_floor=self.position_floor,
+            displacement_floor=self.displacement_floor,
+            relative_floor=self.relative_floor,
+            samples=self.samples,
+            shrinkage=self.shrinkage,
+            end_radius=self.end_radius,
+        )
+        chosen: Policy = policy
+        if method is not None:
+            chosen = AugmentedTPGMM(
+                method,
+                seed=seed,
+                policy=policy,
+                sampler=SamplerOf(self),
+                max_demonstrations=self.max_demonstrations,
+                max_iterations=self.max_iterations,
+                snr_db=self.snr_db,
+            )
+        return ArmPlanePolicy(chosen) if self.free_axes == "arm-plane" else chosen
+
+
+@dataclass(frozen=True, slots=True)
+class SamplerOf:
+    """Makes the sampler of random situations that the settings ask for."""
+
+    settings: PaperSettings
+
+    def __call__(self, demonstrations: Sequence[DemonstrationLike]) -> SituationSampler:
+        """A sampler around the demonstrations' situations."""
+        settings = self.settings
+        kind = ArmSampler if settings.situations == "arms" else BoundsSampler
+        sampler: SituationSampler = kind.around(
+            demonstrations, np.deg2rad(settings.angle_margin_deg), settings.translation_margin
+        )
+        if settings.free_axes == "arm-plane" and settings.situations == "arms":
+            return InArmPlane(sampler)
+        return sampler
+
+
+def settings_from_text(text: str) -> PaperSettings:
+    """Settings from ``name=value&name=value``; what is not named keeps its default.
+
+    Raises:
+        InvalidInputError: An unknown or repeated name, or a value of the wrong kind.
+    """
+    hints = get_type_hints(PaperSettings)
+    values: dict[str, object] = {}
+    for part in text.split("&"):
+        name, equals, value = part.partition("=")
+        if not equals:
+            raise InvalidInputError(f"{part!r} is no setting; valid is name=value&name=value")
+        if name not in hints:
+            raise InvalidInputError(f"unknown setting {name!r}; valid is one of {', '.join(hints)}")
+        if name in values:
+            raise InvalidInputError(f"setting {name} is given twice")
+        values[name] = _value(name, value, hints[name])
+    return PaperSettings(**values)  # type: ignore[arg-type]  # converted to the fields' types
+
+
+def _value(name: str, text: str, hint: object) -> object:
+    if hint is bool:
+        if text not in ("true", "false"):
+            raise InvalidInputError(f"{name} is {text!r}, valid is true or false")
+        return text == "true"
+    if hint is int or hint is float:
+        try:
+            return hint(text)
+        except ValueError as error:
+            kind = "a whole number" if hint is int else "a number"
+            raise InvalidInputError(f"{name} is {text!r}, valid is {kind}") from error
+    return text
