@@ -12,7 +12,7 @@ from typing import Literal, get_args, get_type_hints
 
 import numpy as np
 
-from dressing_sim.benchmark.situations import ArmPlanePolicy, ArmSampler, InArmPlane
+from dressing_sim.benchmark.situations import ArmPlanePolicy, ArmSampler, InArmPlane, in_arm_planes
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import (
     BoundsSampler,
@@ -86,7 +86,27 @@ class PaperSettings:
         Raises:
             InvalidInputError: Settings that no policy can have.
         """
-        policy = TrajectoryTPGMM(
+        policy: Policy = self._initial() if method is None else self.augmented(method, seed)
+        return ArmPlanePolicy(policy) if self.free_axes == "arm-plane" else policy
+
+    def augmented(self, method: Method, seed: int = 0) -> AugmentedTPGMM:
+        """A new policy that Algorithm 1 improves, for demonstrations in frames as `seen`."""
+        return AugmentedTPGMM(
+            method,
+            seed=seed,
+            policy=self._initial(),
+            sampler=SamplerOf(self),
+            max_demonstrations=self.max_demonstrations,
+            max_iterations=self.max_iterations,
+            snr_db=self.snr_db,
+        )
+
+    def seen(self, demonstrations: Sequence[DemonstrationLike]) -> list[DemonstrationLike]:
+        """The demonstrations in the frames whose free axes the settings choose."""
+        return in_arm_planes(demonstrations) if self.free_axes == "arm-plane" else [*demonstrations]
+
+    def _initial(self) -> TrajectoryTPGMM:
+        return TrajectoryTPGMM(
             self.n_components,
             fusion=self.fusion,
             position_floor=self.position_floor,
@@ -96,18 +116,6 @@ class PaperSettings:
             shrinkage=self.shrinkage,
             end_radius=self.end_radius,
         )
-        chosen: Policy = policy
-        if method is not None:
-            chosen = AugmentedTPGMM(
-                method,
-                seed=seed,
-                policy=policy,
-                sampler=SamplerOf(self),
-                max_demonstrations=self.max_demonstrations,
-                max_iterations=self.max_iterations,
-                snr_db=self.snr_db,
-            )
-        return ArmPlanePolicy(chosen) if self.free_axes == "arm-plane" else chosen
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,6 +59,13 @@ def in_arm_plane(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     )
 
 
+def in_arm_planes(demonstrations: Sequence[DemonstrationLike]) -> list[DemonstrationLike]:
+    """The demonstrations with their frames turned by `in_arm_plane`."""
+    return [
+        SyntheticDemonstration(d.positions, d.dt, in_arm_plane(d.frames)) for d in demonstrations
+    ]
+
+
 @dataclass(frozen=True, eq=False)
 class ArmSampler:
     """Draws possible arms around the demonstrated ones: both frames belong to one arm.
@@ -158,12 +165,7 @@ class ArmPlanePolicy:
 
     def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
         """Learn from the demonstrations in turned frames."""
-        self.policy.fit(
-            [
-                SyntheticDemonstration(d.positions, d.dt, in_arm_plane(d.frames))
-                for d in demonstrations
-            ]
-        )
+        self.policy.fit(in_arm_planes(demonstrations))
         return self
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> NDArray[np.float64]:
