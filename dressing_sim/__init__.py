@@ -18,7 +18,7 @@ _PUBLIC = {
     "dress": "dressing_sim.episode",
     "load_demonstrations": "dressing_sim.demonstration",
     "load_suite": "dressing_sim.benchmark.suites",
-    "sample_postures": "dressing_sim.benchmark.suites",
+    "sample_postures": "dressing_sim.benchmark.distribution",
     "save_demonstrations": "dressing_sim.demonstration",
 }
 

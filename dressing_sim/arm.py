@@ -7,8 +7,9 @@ dressed, is the one next to the robot.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import astuple, dataclass, field
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -50,11 +51,38 @@ class ArmSize:
     forearm_radius: float
     hand_radius: float
 
+    def scaled(self, deviations: float, variation: ArmSize) -> ArmSize:
+        """This arm with every measure the same number of standard deviations larger.
+
+        Args:
+            deviations: How many, negative for a smaller arm.
+            variation: Standard deviation divided by mean of each measure.
+        """
+        pairs = zip(astuple(self), astuple(variation), strict=True)
+        return ArmSize(*(value * (1.0 + deviations * relative) for value, relative in pairs))
+
 
 #: 50th percentile; lengths and radii as in Assistive Gym's ``human_creation.py``.
-ARM_SIZES: Mapping[str, ArmSize] = {
+_MEDIAN = {
     "male": ArmSize(0.279, 0.043, 0.257, 0.033, 0.043),
     "female": ArmSize(0.264, 0.0355, 0.234, 0.027, 0.0355),
+}
+
+#: Standard deviation / mean of each measure in ANSUR II, the 2012 Anthropometric Survey of U.S.
+#: Army Personnel (Gordon et al., Natick/TR-15/007; its public data, 4082 men and 1986 women), in
+#: the order of `ArmSize`: acromion-radiale length, flexed biceps circumference, radiale-stylion
+#: length, flexed forearm circumference, hand circumference.
+ARM_VARIATION: Mapping[str, ArmSize] = {
+    "male": ArmSize(0.0521, 0.0967, 0.0576, 0.0709, 0.0483),
+    "female": ArmSize(0.0552, 0.1007, 0.0632, 0.0701, 0.0473),
+}
+
+#: Arms by name: the 50th percentiles, and ``_small`` and ``_large`` with every measure two standard
+#: deviations below or above them.
+ARM_SIZES: Mapping[str, ArmSize] = _MEDIAN | {
+    f"{sex}_{name}": median.scaled(deviations, ARM_VARIATION[sex])
+    for sex, median in _MEDIAN.items()
+    for name, deviations in (("small", -2.0), ("large", 2.0))
 }
 
 
@@ -79,11 +107,13 @@ class Posture:
         abduction_deg: Shoulder abduction [deg].
         rotation_deg: Internal (+) or external (-) rotation of the upper arm [deg].
         elbow_deg: Elbow flexion [deg]; zero is the straight arm.
-        size: ``"male"`` or ``"female"``, 50th percentile.
-        shoulder_position: Shoulder joint in the robot's base frame [m].
+        size: Name of an arm in `ARM_SIZES`.
+        shoulder_position: Shoulder joint (3,) in the robot's base frame [m]; any sequence of
+            numbers, kept as a tuple.
 
     Raises:
-        InvalidInputError: An angle outside ``ANGLE_LIMITS_DEG``, an unknown size, or a shoulder
+        InvalidInputError: A name that is no text, an angle that is no number or outside
+            ``ANGLE_LIMITS_DEG``, an unknown size, or a shoulder that is not three numbers or
             further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``.
     """
 
@@ -96,25 +126,32 @@ class Posture:
     shoulder_position: tuple[float, float, float] = field(default=DEFAULT_SHOULDER)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InvalidInputError(f"posture {self.name!r}: valid is a name that is text")
         for angle, (low, high) in ANGLE_LIMITS_DEG.items():
             value = getattr(self, angle)
-            if not low <= value <= high:  # also false for NaN
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            if not (number and low <= value <= high):  # also false for NaN
                 raise InvalidInputError(
-                    f"posture {self.name!r}: {angle} is {value}, valid is {low:g} to {high:g}"
+                    f"posture {self.name!r}: {angle} is {value!r}, "
+                    f"valid is a number from {low:g} to {high:g}"
                 )
-        if self.size not in ARM_SIZES:
+            object.__setattr__(self, angle, float(value))
+        if not isinstance(self.size, str) or self.size not in ARM_SIZES:
             raise InvalidInputError(
                 f"posture {self.name!r}: unknown size {self.size!r}, "
                 f"valid is one of {', '.join(ARM_SIZES)}"
             )
-        place = np.asarray(self.shoulder_position, dtype=float)
-        if place.shape != (3,) or not np.all(
-            np.abs(place - DEFAULT_SHOULDER) <= MAX_SHOULDER_DISPLACEMENT
+        place = _numbers(self.shoulder_position)
+        if len(place) != 3 or not all(
+            abs(value - usual) <= MAX_SHOULDER_DISPLACEMENT
+            for value, usual in zip(place, DEFAULT_SHOULDER, strict=True)
         ):
             raise InvalidInputError(
-                f"posture {self.name!r}: shoulder_position is {self.shoulder_position}, valid is "
+                f"posture {self.name!r}: shoulder_position is {self.shoulder_position!r}, valid is "
                 f"{DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"
             )
+        object.__setattr__(self, "shoulder_position", place)
 
     @property
     def arm_size(self) -> ArmSize:
@@ -169,9 +206,9 @@ class Posture:
         """Plain values for a file; `from_dict` is the inverse."""
         return {
             "name": self.name,
-            **{angle: float(getattr(self, angle)) for angle in ANGLE_LIMITS_DEG},
+            **{angle: getattr(self, angle) for angle in ANGLE_LIMITS_DEG},
             "size": self.size,
-            "shoulder_position": [float(value) for value in self.shoulder_position],
+            "shoulder_position": list(self.shoulder_position),
         }
 
     @classmethod
@@ -190,19 +227,14 @@ class Posture:
             raise InvalidInputError(
                 f"posture {name!r}: {what}, valid keys are {', '.join(sorted(allowed))}"
             )
-        try:
-            return cls(
-                name=str(values["name"]),
-                size=str(values.get("size", "male")),
-                shoulder_position=tuple(
-                    float(v) for v in values.get("shoulder_position", DEFAULT_SHOULDER)
-                ),  # type: ignore[arg-type]  # the length is checked in __post_init__
-                **{angle: float(values[angle]) for angle in ANGLE_LIMITS_DEG},
-            )
-        except (TypeError, ValueError) as error:
-            if isinstance(error, InvalidInputError):
-                raise
-            raise InvalidInputError(f"posture {name!r}: {error}; angles are numbers") from error
+        return cls(**values)
+
+
+def _numbers(values: object) -> tuple[float, ...]:
+    """A tuple of floats, empty if the values are not all numbers."""
+    listed = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else []
+    valid = all(isinstance(value, Real) and not isinstance(value, bool) for value in listed)
+    return tuple(float(value) for value in listed) if valid else ()
 
 
 def gravity_frame(origin: Vector, towards: Vector) -> Frame:

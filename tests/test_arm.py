@@ -1,5 +1,5 @@
 import json
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from dressing_sim.arm import (
     ANGLE_LIMITS_DEG,
     ARM_SIZES,
+    ARM_VARIATION,
     DEFAULT_SHOULDER,
     FORWARD,
     LEFT,
@@ -125,6 +126,7 @@ def test_an_impossible_angle_is_an_error_that_names_it_and_its_range(angle, bad)
     ("change", "parts"),
     [
         ({"size": "child"}, ["'child'", *ARM_SIZES]),
+        ({"size": ["male"]}, ["['male']", *ARM_SIZES]),
         (
             {"shoulder_position": (0.52, -0.26, 1.0)},
             ["shoulder_position", f"{MAX_SHOULDER_DISPLACEMENT:g}"],
@@ -134,6 +136,15 @@ def test_an_impossible_angle_is_an_error_that_names_it_and_its_range(angle, bad)
             ["shoulder_position", f"{MAX_SHOULDER_DISPLACEMENT:g}"],
         ),
         ({"shoulder_position": (0.52, -0.26)}, ["shoulder_position"]),
+        ({"shoulder_position": "far"}, ["shoulder_position is 'far'"]),
+        ({"shoulder_position": None}, ["shoulder_position is None"]),
+        ({"shoulder_position": ("0.52", -0.26, 0.24)}, ["shoulder_position is ('0.52'"]),
+        ({"shoulder_position": [[0.52], [-0.26, 0.24]]}, ["shoulder_position is [[0.52]"]),
+        ({"elbow_deg": "40"}, ["elbow_deg is '40'", "a number from 0 to 150"]),
+        ({"elbow_deg": None}, ["elbow_deg is None"]),
+        ({"elbow_deg": [40.0]}, ["elbow_deg is [40.0]"]),
+        ({"elbow_deg": True}, ["elbow_deg is True"]),
+        ({"elbow_deg": 1j}, ["elbow_deg is 1j"]),
     ],
 )
 def test_an_impossible_size_or_place_is_an_error_that_says_what_is_valid(change, parts):
@@ -149,7 +160,8 @@ def test_an_impossible_size_or_place_is_an_error_that_says_what_is_valid(change,
         ({"elbow_deg": None}, ["hanging"]),
         ({"elbow_deg": "much"}, ["much"]),
         ({"shoulder_position": 3}, ["hanging"]),
-        ({"size": 5}, ["'5'", "male"]),
+        ({"size": 5}, ["size 5", "male"]),
+        ({"name": 5}, ["posture 5", "text"]),
     ],
 )
 def test_values_of_a_file_are_checked(change, parts):
@@ -163,3 +175,24 @@ def test_a_missing_value_is_an_error_that_names_it():
     del values["rotation_deg"]
     with pytest.raises(InvalidInputError, match=r"missing \['rotation_deg'\].*elbow_deg"):
         Posture.from_dict(values)
+
+
+def test_numbers_of_any_kind_are_kept_as_floats():
+    place = np.array(DEFAULT_SHOULDER)
+    posture = Posture("any", np.float32(70), 20, np.int64(30), 40.0, shoulder_position=place)
+    assert posture == Posture("any", 70.0, 20.0, 30.0, 40.0)
+    assert {type(getattr(posture, angle)) for angle in ANGLE_LIMITS_DEG} == {float}
+    assert posture.shoulder_position == DEFAULT_SHOULDER
+    assert Posture("any", 70, 20, 30, 40, shoulder_position=list(DEFAULT_SHOULDER)) == posture
+    assert hash(posture) == hash(Posture("any", 70, 20, 30, 40))
+
+
+@pytest.mark.parametrize("sex", ARM_VARIATION)
+def test_small_and_large_arms_are_two_standard_deviations_off_the_median(sex):
+    small, median, large = (astuple(ARM_SIZES[sex + name]) for name in ("_small", "", "_large"))
+    relative = 2.0 * np.array(astuple(ARM_VARIATION[sex]))
+    np.testing.assert_allclose(small, median * (1.0 - relative))
+    np.testing.assert_allclose(large, median * (1.0 + relative))
+    assert (relative > 0.0).all()
+    assert (relative < 0.25).all()
+    assert set(ARM_SIZES) == {s + n for s in ARM_VARIATION for n in ("_small", "", "_large")}

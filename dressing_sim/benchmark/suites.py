@@ -1,100 +1,29 @@
-"""Suites of postures: frozen lists in ``assets/suites/``, files of the user, random draws."""
+"""Suites of postures: frozen files in ``assets/suites/``, files of the user, random draws."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dressing_sim.arm import ARM_SIZES, DEFAULT_SHOULDER, Posture
+from dressing_sim.arm import Posture
 from dressing_sim.assets_path import assets
-from dressing_sim.control import PandaKinematics, TrackingConfig, configuration_at, track_path
+from dressing_sim.benchmark.distribution import DRAWN_SUITES, sample_postures
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.scene import WorldConfig, grip_start
+from dressing_sim.files import write_text
+from dressing_sim.learning.frame import Frame
+from dressing_sim.learning.sampling import euler_angles
 
+#: Version of the form of a suite's file.
+VERSION = 1
 
-@dataclass(frozen=True, slots=True)
-class PostureDistribution:
-    """Where random postures come from: uniform in each range, then kept if possible.
-
-    The arm is held out forwards and sideways, within the anatomical limits, the forearm not far
-    from horizontal, as somebody does who is helped into a sleeve. Own choice.
-    """
-
-    flexion_deg: tuple[float, float] = (52.0, 90.0)
-    abduction_deg: tuple[float, float] = (0.0, 55.0)
-    rotation_deg: tuple[float, float] = (10.0, 70.0)
-    elbow_deg: tuple[float, float] = (5.0, 70.0)
-    shoulder_displacement: float = 0.03
-    """The shoulder is moved by up to this much in each coordinate [m]."""
-    max_forearm_slope_deg: float = 25.0
-    """The forearm may slope up or down by at most this."""
-    min_wrist_distance: float = 0.32
-    """The wrist is at least this far from the axis of the robot's base [m]; nearer, the hand would
-    be among the robot's own links."""
-    shoulder_clearance: float = 0.09
-    """The robot must be able to bring the gripper this far above the shoulder [m]."""
-
-
-def sample_postures(
-    n: int, rng: np.random.Generator, distribution: PostureDistribution | None = None
-) -> list[Posture]:
-    """Random postures that the robot can dress as far as its reach goes.
-
-    Args:
-        n: How many.
-        rng: Source of randomness.
-        distribution: Ranges and what is kept.
-
-    Returns:
-        Postures named ``random0``, ``random1``, ...
-    """
-    distribution = distribution or PostureDistribution()
-    kinematics = PandaKinematics()
-    sizes = tuple(ARM_SIZES)
-    postures: list[Posture] = []
-    while len(postures) < n:
-        shift = rng.uniform(-1.0, 1.0, 3) * distribution.shoulder_displacement
-        posture = Posture(
-            name=f"random{len(postures)}",
-            flexion_deg=rng.uniform(*distribution.flexion_deg),
-            abduction_deg=rng.uniform(*distribution.abduction_deg),
-            rotation_deg=rng.uniform(*distribution.rotation_deg),
-            elbow_deg=rng.uniform(*distribution.elbow_deg),
-            size=sizes[rng.integers(len(sizes))],
-            shoulder_position=tuple(np.add(DEFAULT_SHOULDER, shift).tolist()),
-        )
-        slope = posture.elbow - posture.wrist
-        slope_deg = np.rad2deg(np.arcsin(abs(slope[2]) / posture.arm_size.forearm_length))
-        if (
-            slope_deg <= distribution.max_forearm_slope_deg
-            and np.hypot(*posture.wrist[:2]) >= distribution.min_wrist_distance
-            and reachable(posture, kinematics, distribution.shoulder_clearance)
-        ):
-            postures.append(posture)
-    return postures
-
-
-def reachable(posture: Posture, kinematics: PandaKinematics, clearance: float) -> bool:
-    """Whether the robot can follow the arm, from where the sleeve is held to above the shoulder.
-
-    Args:
-        posture: The arm.
-        kinematics: The robot.
-        clearance: Height over the elbow and the shoulder that it must get to [m].
-    """
-    config = TrackingConfig()
-    start = grip_start(posture, WorldConfig().sleeve)
-    q, error = configuration_at(start, kinematics, config)
-    if error > config.max_error:
-        return False
-    above = np.array([0.0, 0.0, clearance])
-    path = np.stack([start, posture.elbow + above, posture.shoulder + above])
-    return track_path(path, 3.0, q, kinematics, config).max_error <= config.max_error
+_RANDOM = re.compile(r"random:(?P<n>[1-9]\d{0,4})(:(?P<seed>\d{1,18}))?", re.ASCII)
 
 
 def suite_names() -> list[str]:
@@ -107,7 +36,7 @@ def load_suite(name_or_file: str) -> list[Posture]:
 
     Args:
         name_or_file: A built-in name, a JSON file, or ``random:N`` / ``random:N:SEED`` for N
-            random postures (seed 0 unless given).
+            random postures (at most 99999, seed 0 unless given).
 
     Raises:
         InvalidInputError: No such suite, or the file is not a valid one.
@@ -123,7 +52,10 @@ def load_suite(name_or_file: str) -> list[Posture]:
         )
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InvalidInputError(f"suite {path}: cannot be read ({reason})") from error
+    except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"suite {path}: not JSON ({error})") from error
     return _postures(content, str(path))
 
@@ -136,11 +68,13 @@ def _is_file(path: Path) -> bool:
 
 
 def _random_suite(text: str) -> list[Posture]:
-    parts = text.split(":")[1:]
-    if not (1 <= len(parts) <= 2 and all(part.isdecimal() for part in parts) and int(parts[0]) > 0):
-        raise InvalidInputError(f"suite {text!r}: valid is random:N or random:N:SEED, N above zero")
-    seed = int(parts[1]) if len(parts) == 2 else 0
-    return sample_postures(int(parts[0]), np.random.default_rng(seed))
+    match = _RANDOM.fullmatch(text)
+    if match is None:
+        raise InvalidInputError(
+            f"suite {text!r}: valid is random:N or random:N:SEED, N from 1 to 99999, SEED a whole "
+            "number from 0"
+        )
+    return sample_postures(int(match["n"]), np.random.default_rng(int(match["seed"] or 0)))
 
 
 def _postures(content: Any, source: str) -> list[Posture]:
@@ -149,6 +83,9 @@ def _postures(content: Any, source: str) -> list[Posture]:
         raise InvalidInputError(
             f"suite {source}: no postures; valid is an object with a list 'postures'"
         )
+    version = content.get("version", VERSION)
+    if type(version) is not int or version != VERSION:
+        raise InvalidInputError(f"suite {source}: version is {version!r}, valid is {VERSION}")
     postures = [Posture.from_dict(entry if isinstance(entry, Mapping) else {}) for entry in entries]
     names = [posture.name for posture in postures]
     twice = {name for name in names if names.count(name) > 1}
@@ -162,7 +99,7 @@ def find_posture(name: str) -> Posture:
 
     Args:
         name: A name such as ``bent40``, or ``FLEXION,ABDUCTION,ROTATION,ELBOW`` in degrees, with
-            ``,male`` or ``,female`` after it if wanted.
+            the size of the arm after it if wanted, such as ``,female_small``.
 
     Raises:
         InvalidInputError: No posture has this name, or an angle is impossible.
@@ -180,10 +117,85 @@ def find_posture(name: str) -> Posture:
         flexion, abduction, rotation, elbow = angles
         size = parts[4] if len(parts) == 5 else "male"
         return Posture(name, flexion, abduction, rotation, elbow, size)
-    known = {posture.name: posture for suite in suite_names() for posture in load_suite(suite)}
+    suites = {suite: load_suite(suite) for suite in suite_names()}
+    known = {posture.name: posture for postures in suites.values() for posture in postures}
     if name not in known:
+        listed = ", ".join(
+            f"{posture.name}"
+            for suite, postures in suites.items()
+            if suite not in DRAWN_SUITES
+            for posture in postures
+        )
+        drawn = ", ".join(
+            f"{suites[suite][0].name} to {suites[suite][-1].name}" for suite in DRAWN_SUITES
+        )
         raise InvalidInputError(
-            f"unknown posture {name!r}; valid is one of {', '.join(sorted(known))}, or "
+            f"unknown posture {name!r}; valid is one of {listed}, {drawn}, or "
             "FLEXION,ABDUCTION,ROTATION,ELBOW in degrees"
         )
     return known[name]
+
+
+def write_suite(
+    path: str | Path, name: str, postures: Sequence[Posture], header: Mapping[str, Any]
+) -> None:
+    """Write the file of a suite, one line a posture, every number to its last digit.
+
+    Args:
+        path: File to write.
+        name: Name of the suite.
+        postures: The suite.
+        header: What else the file says: its description and, if drawn, from where.
+    """
+    fields = {"name": name, "version": VERSION, **header}
+    lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in fields.items()]
+    entries = ",\n".join(f"    {json.dumps(posture.to_dict())}" for posture in postures)
+    write_text(path, "\n".join(["{", *lines, '  "postures": [', entries, "  ]", "}", ""]))
+
+
+@dataclass(frozen=True, slots=True)
+class SituationDistance:
+    """How far two situations of P frames are apart, frame by frame.
+
+    Attributes:
+        origins: Distance (P,) of the origins [m].
+        euler_deg: Difference (P, 3) of the Euler angles about the fixed x, y and z axes of the
+            robot's base [deg], each from -180 to 180.
+        rotation_deg: Angle (P,) of the one rotation that turns one frame into the other [deg].
+    """
+
+    origins: NDArray[np.float64]
+    euler_deg: NDArray[np.float64]
+    rotation_deg: NDArray[np.float64]
+
+
+def situation_distance(one: Sequence[Frame], other: Sequence[Frame]) -> SituationDistance:
+    """How distinct two situations are, as the paper measures it.
+
+    "The distances between the corresponding reference frames, and difference in Euler angles that
+    represents difference in orientations" (Zhu, Gienger, Kober 2022, Section IV, Inputs):
+    ``|b_n - b'_n|`` and ``euler(A'_n) - euler(A_n)`` for each frame n. The paper does not say
+    which Euler angles; these are the roll, pitch and yaw of `dressing_sim.learning.sampling`. The
+    frames of an arm do not roll (see `gravity_frame`). The angle of ``A'_n A_n^T`` is added
+    because it does not depend on that choice.
+
+    Args:
+        one: Frames whose bases A are rotations, such as those of `Posture.frames`.
+        other: As many frames of the same kind.
+
+    Raises:
+        InvalidInputError: Not the same number of frames, or none.
+    """
+    if len(one) != len(other) or not one:
+        raise InvalidInputError(
+            f"two situations have {len(one)} and {len(other)} frames, valid is the same number, "
+            "one or more"
+        )
+    pairs = list(zip(one, other, strict=True))
+    turns = np.array([euler_angles(b.A) - euler_angles(a.A) for a, b in pairs])
+    cosines = np.array([(np.trace(b.A @ a.A.T) - 1.0) / 2.0 for a, b in pairs])
+    return SituationDistance(
+        origins=np.array([np.linalg.norm(b.b - a.b) for a, b in pairs]),
+        euler_deg=np.rad2deg(np.angle(np.exp(1j * turns))),
+        rotation_deg=np.rad2deg(np.arccos(np.clip(cosines, -1.0, 1.0))),
+    )

@@ -1,0 +1,230 @@
+"""Where postures are drawn from: ranges, what is kept of them, and the suites drawn from them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from math import isfinite
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from dressing_sim.arm import (
+    ANGLE_LIMITS_DEG,
+    ARM_SIZES,
+    DEFAULT_SHOULDER,
+    MAX_SHOULDER_DISPLACEMENT,
+    Posture,
+)
+from dressing_sim.control import PandaKinematics, TrackingConfig, configuration_at, track_path
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.world.scene import WorldConfig, grip_start
+
+#: Draws for one posture, after which the ranges are held to be impossible. The default ranges need
+#: fewer than two on average, those of ``hard_elbow`` about three.
+MAX_DRAWS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class PostureDistribution:
+    """Where random postures come from: uniform in each range, then kept if possible.
+
+    The arm is held out forwards and sideways, within the anatomical limits, the forearm not far
+    from horizontal, as somebody does who is helped into a sleeve. Own choice.
+
+    Raises:
+        InvalidInputError: A range outside the anatomical limits or upside down, an unknown size,
+            or a distance that is negative or not finite.
+    """
+
+    flexion_deg: tuple[float, float] = (52.0, 90.0)
+    abduction_deg: tuple[float, float] = (0.0, 55.0)
+    rotation_deg: tuple[float, float] = (10.0, 70.0)
+    elbow_deg: tuple[float, float] = (5.0, 70.0)
+    sizes: tuple[str, ...] = ("male", "female")
+    """Names of arms in `ARM_SIZES`, each as likely as any other."""
+    shoulder_displacement: float = 0.03
+    """The shoulder is moved by up to this much in each coordinate [m]."""
+    max_forearm_slope_deg: float = 25.0
+    """The forearm may slope up or down by at most this."""
+    min_wrist_distance: float = 0.32
+    """The wrist is at least this far from the axis of the robot's base [m]; nearer, the hand would
+    be among the robot's own links."""
+    shoulder_clearance: float = 0.09
+    """The robot must be able to bring the gripper this far above the shoulder [m]."""
+
+    def __post_init__(self) -> None:
+        for angle, (lowest, highest) in ANGLE_LIMITS_DEG.items():
+            low, high = getattr(self, angle)
+            if not lowest <= low <= high <= highest:  # also false for NaN
+                raise InvalidInputError(
+                    f"posture distribution: {angle} is {low} to {high}, valid is a range from low "
+                    f"to high within {lowest:g} to {highest:g}"
+                )
+        unknown = [size for size in self.sizes if size not in ARM_SIZES]
+        if unknown or not self.sizes:
+            raise InvalidInputError(
+                f"posture distribution: sizes is {self.sizes}, valid is one or more of "
+                f"{', '.join(ARM_SIZES)}"
+            )
+        for name, largest in (
+            ("shoulder_displacement", MAX_SHOULDER_DISPLACEMENT),
+            ("max_forearm_slope_deg", 90.0),
+            ("min_wrist_distance", 10.0),
+            ("shoulder_clearance", 10.0),
+        ):
+            value = getattr(self, name)
+            if not (isfinite(value) and 0.0 <= value <= largest):
+                raise InvalidInputError(
+                    f"posture distribution: {name} is {value}, valid is 0 to {largest:g}"
+                )
+
+
+def sample_postures(
+    n: int, rng: np.random.Generator, distribution: PostureDistribution | None = None
+) -> list[Posture]:
+    """Random postures that the robot can dress as far as its reach goes.
+
+    Args:
+        n: How many.
+        rng: Source of randomness.
+        distribution: Ranges and what is kept.
+
+    Returns:
+        Postures named ``random0``, ``random1``, ...; the first ones do not depend on n.
+
+    Raises:
+        InvalidInputError: n is not a whole number from 0, or nothing was kept of `MAX_DRAWS` draws.
+    """
+    if not isinstance(n, Integral) or n < 0:
+        raise InvalidInputError(f"the number of postures is {n!r}, valid is a whole number from 0")
+    distribution, kinematics = distribution or PostureDistribution(), PandaKinematics()
+    return [_sample(f"random{i}", rng, distribution, kinematics) for i in range(n)]
+
+
+def _sample(
+    name: str,
+    rng: np.random.Generator,
+    distribution: PostureDistribution,
+    kinematics: PandaKinematics,
+) -> Posture:
+    refused: Counter[str] = Counter()
+    for _ in range(MAX_DRAWS):
+        shift = rng.uniform(-1.0, 1.0, 3) * distribution.shoulder_displacement
+        posture = Posture(
+            name=name,
+            flexion_deg=rng.uniform(*distribution.flexion_deg),
+            abduction_deg=rng.uniform(*distribution.abduction_deg),
+            rotation_deg=rng.uniform(*distribution.rotation_deg),
+            elbow_deg=rng.uniform(*distribution.elbow_deg),
+            size=distribution.sizes[rng.integers(len(distribution.sizes))],
+            shoulder_position=tuple(np.add(DEFAULT_SHOULDER, shift).tolist()),
+        )
+        reason = refusal(posture, distribution, kinematics)
+        if reason is None:
+            return posture
+        refused[reason] += 1
+    reasons = ", ".join(f"{count} {reason}" for reason, count in refused.most_common())
+    raise InvalidInputError(
+        f"no posture was kept of {MAX_DRAWS} drawn from {distribution} ({reasons}); valid are "
+        "ranges that more of the postures meet"
+    )
+
+
+def refusal(
+    posture: Posture, distribution: PostureDistribution, kinematics: PandaKinematics
+) -> str | None:
+    """Why a posture in the ranges is not kept, or None if it is.
+
+    Args:
+        posture: The arm.
+        distribution: What is kept.
+        kinematics: The robot.
+    """
+    slope = (posture.elbow - posture.wrist)[2] / posture.arm_size.forearm_length
+    slope_deg = np.rad2deg(np.arcsin(min(abs(slope), 1.0)))
+    if slope_deg > distribution.max_forearm_slope_deg:
+        return "with too steep a forearm"
+    if np.hypot(*posture.wrist[:2]) < distribution.min_wrist_distance:
+        return "with the wrist too near the robot"
+    if not reachable(posture, kinematics, distribution.shoulder_clearance):
+        return "out of the robot's reach"
+    return None
+
+
+def reachable(posture: Posture, kinematics: PandaKinematics, clearance: float) -> bool:
+    """Whether the robot can follow the arm, from where the sleeve is held to above the shoulder.
+
+    Args:
+        posture: The arm.
+        kinematics: The robot.
+        clearance: Height over the elbow and the shoulder that it must get to [m].
+    """
+    config = TrackingConfig()
+    start = grip_start(posture, WorldConfig().sleeve)
+    q, error = configuration_at(start, kinematics, config)
+    if error > config.max_error:
+        return False
+    above = np.array([0.0, 0.0, clearance])
+    path = np.stack([start, posture.elbow + above, posture.shoulder + above])
+    return track_path(path, 3.0, q, kinematics, config).max_error <= config.max_error
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnSuite:
+    """A suite that was drawn once and is frozen in a file of ``assets/suites/``.
+
+    Attributes:
+        description: What it is for.
+        prefix: Postures are called this and their number.
+        n_postures: How many.
+        seed: Of its stream of random numbers, which no ``random:N:SEED`` uses.
+        distribution: Where it was drawn from.
+    """
+
+    description: str
+    prefix: str
+    n_postures: int
+    seed: int
+    distribution: PostureDistribution = field(default_factory=PostureDistribution)
+
+    def postures(self, n: int | None = None) -> list[Posture]:
+        """Draw the postures, or only the first n, again."""
+        # A seed alone is a stream of random:N:SEED; a spawn key branches off from all of these.
+        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(0,)))
+        drawn = sample_postures(self.n_postures if n is None else n, rng, self.distribution)
+        digits = len(str(self.n_postures - 1))
+        return [
+            replace(posture, name=f"{self.prefix}{number:0{digits}}")
+            for number, posture in enumerate(drawn)
+        ]
+
+    def header(self) -> dict[str, Any]:
+        """What the file says besides the postures."""
+        return {
+            "description": self.description,
+            "distribution": asdict(self.distribution),
+            "seed": self.seed,
+        }
+
+
+DRAWN_SUITES: Mapping[str, DrawnSuite] = {
+    "val50": DrawnSuite(
+        "Fifty random postures to choose settings on; results on them are not test results.",
+        "val",
+        50,
+        seed=1,
+    ),
+    "test200": DrawnSuite(
+        "Two hundred random postures to test on; nothing is chosen on them.", "test", 200, seed=2
+    ),
+    "hard_elbow": DrawnSuite(
+        "Fifty random postures with the elbow bent by 60 to 90 degrees, where sleeves get caught.",
+        "elbow",
+        50,
+        seed=3,
+        distribution=PostureDistribution(elbow_deg=(60.0, 90.0)),
+    ),
+}
