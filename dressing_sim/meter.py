@@ -25,14 +25,13 @@ class Meter:
         self._axis = ArmAxis.of(world.posture)
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
-        self._around = world.config.sleeve.vertices_around
         self._rows: list[tuple[object, ...]] = []
 
     def read(self, target: NDArray[np.float64], pull: NDArray[np.float64]) -> None:
         """Measure now; `pull` is the grip's mean force (3,) since the last reading [N]."""
         world = self._world
         cloth, tcp = world.cloth, world.tcp_position
-        rings = cloth.reshape(-1, self._around, 3)
+        rings = world.mesh.rings(cloth)
         strain = self._gauge.principal(cloth)
         touched = world.robot_contacts()
         self._rows.append(

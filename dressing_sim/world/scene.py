@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.mannequin import LINKS, add_mannequin
 from dressing_sim.world.panda import (
     BASE_BODY,
@@ -27,17 +28,28 @@ _MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
 class SolverConfig:
     """How MuJoCo integrates; what is chosen here can change a verdict."""
 
-    timestep: float = 0.005
+    timestep: float = 0.01
     """Physics step [s]."""
-    solver: str = "CG"
+    solver: str = "Newton"
     """``"CG"`` or ``"Newton"``."""
-    iterations: int = 200
-    """Most solver iterations a step; 10 are too few and turn verdicts round."""
+    iterations: int = 50
+    """Most solver iterations a step; Newton needs about 5, CG more than 150."""
     tolerance: float = 1e-8
     """Solver's stopping tolerance. MuJoCo scales it by the mean inertia, most of which is the
     robot's, a hundred times a vertex's mass: at 1e-6 a loose sleeve never comes to rest."""
     impratio: float = 10.0
     """How much harder friction is than contact; at 1 a sleeve creeps down a sloping arm."""
+
+    def __post_init__(self) -> None:
+        if self.solver not in ("CG", "Newton"):
+            raise InvalidInputError(f"solver is {self.solver!r}, valid is CG or Newton")
+        if not (isinstance(self.iterations, int) and self.iterations >= 1):
+            raise InvalidInputError(f"solver: iterations is {self.iterations}, valid is 1 or more")
+        for name in ("timestep", "tolerance", "impratio"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise InvalidInputError(
+                    f"solver: {name} is {getattr(self, name)}, valid is above zero"
+                )
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +68,9 @@ def grip_start(posture: Posture, sleeve: SleeveConfig) -> NDArray[np.float64]:
 
     The armscye's centre is at the wrist, so its top is one radius up along the wrist frame's z.
     """
-    wrist_frame = posture.frames()[1]
-    radius = sleeve.armscye_circumference / (2.0 * np.pi)
-    return posture.wrist + radius * wrist_frame.A[:, 2]
+    axes = posture.frames()[1].A
+    radius = sleeve.garment.armscye_circumference / (2.0 * np.pi)
+    return posture.wrist + radius * axes[:, 2] + axes @ np.array(sleeve.grasp_offset)
 
 
 def resting_sleeve(posture: Posture, sleeve: SleeveConfig) -> SleeveMesh:
@@ -85,7 +97,7 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
     option.impratio = config.solver.impratio
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
-    add_mannequin(spec, posture, config.sleeve.friction, _MANNEQUIN, _ROBOT | _CLOTH)
+    add_mannequin(spec, posture, config.sleeve.garment.fabric.friction, _MANNEQUIN, _ROBOT | _CLOTH)
     mesh = resting_sleeve(posture, config.sleeve)
     add_sleeve(spec, config.sleeve, mesh, _CLOTH, _MANNEQUIN)
     for vertex in mesh.gripped:

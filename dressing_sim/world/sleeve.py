@@ -1,122 +1,105 @@
-"""The sleeve: a conical tube of cloth, as a 2-D flex of MuJoCo with one body a vertex.
+"""The garment in the world: its mesh at rest, and a 2-D flex of MuJoCo with one body a vertex.
 
 Vertices are ordered ring by ring: ring 0 is the armscye (the wide end, which the gripper holds),
-the last ring is the hem. Within a ring, vertex 0 is the topmost one at rest.
+the last ring is the hem. Within a ring, vertex 0 is the topmost one at rest. The vertices of the
+shirt's body, if it has one, come last.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.world.garment import Garment
 
 FLEX = "sleeve"
 
 
 @dataclass(frozen=True, slots=True)
 class SleeveConfig:
-    """Size, fabric and mesh of a sleeve, in SI units."""
+    """A garment, how it is held, and how finely it is meshed."""
 
-    length: float = 0.20
-    """From armscye to hem along the cone's axis [m]; T-shirt size M: 0.191 to 0.216."""
-    armscye_circumference: float = 0.48
-    """Armhole all round [m]; T-shirt size M: 0.440 to 0.480."""
-    hem_circumference: float = 0.368
-    """Sleeve opening all round [m]; T-shirt size M: 0.356 to 0.368."""
-    areal_density: float = 0.18
-    """Mass of the fabric an area [kg/m^2]; jersey: 0.150 to 0.207."""
-    membrane_stiffness: float = 180.0
-    """Young's modulus times thickness [N/m]; jersey: 17 to 410."""
-    bending_stiffness: float = 2e-5
-    """Plate rigidity [N m]."""
-    poisson: float = 0.3
-    """Poisson's ratio of the fabric."""
-    damping: float = 0.01
-    """Rayleigh damping: ratio of viscous to elastic stress an inverse second [s]."""
-    friction: float = 0.3
-    """Sliding friction coefficient between fabric and skin; measured on forearms: 0.31 +- 0.07."""
-    collision_radius: float = 0.002
-    """Half the thickness that contacts see [m]; thicker than fabric, for the contact solver."""
-    contact_time: float = 0.015
-    """Time in which a penetration heals [s]; at least twice the physics step."""
-    contact_impedance: float = 0.975
-    """How hard a contact is, 0 to 1. Forces scale with the vertices' tiny masses: with MuJoCo's
-    default of 0.95 an elbow pokes through the cloth at a few newtons."""
+    garment: Garment = field(default_factory=Garment)
+    edge: float = 0.034
+    """Length of the mesh's edges [m]."""
+    grip_width: float = 0.05
+    """How much of the armscye's edge, to both sides of its top together, the fingers hold [m]."""
+    grip_depth: float = 0.025
+    """How far from the edge towards the hem the fingers hold the cloth [m]."""
+    grasp_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """From the armscye's top to the gripper's tool centre point, in the wrist's frame [m]."""
     grip_impedance: float = 0.9999
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
-    vertices_around: int = 18
-    """Vertices of a ring."""
-    vertices_along: int = 8
-    """Rings, armscye and hem included."""
-    grip_radius: float = 0.03
-    """Cloth within this distance of the armscye's top is between the fingers [m]."""
+    contact_time: float = 0.02
+    """Time in which a penetration heals [s]; at least twice the physics step."""
+    contact_impedance: float = 0.99
+    """How hard a contact is, 0 to 1. Forces scale with the vertices' tiny masses: with MuJoCo's
+    default of 0.95 an elbow pokes through the cloth at a few newtons."""
 
     def __post_init__(self) -> None:
-        if self.vertices_around < 6 or self.vertices_along < 2:
+        for name in ("edge", "grip_width", "grip_depth", "contact_time"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InvalidInputError(f"sleeve: {name} is {value}, valid is > 0")
+        for name in ("grip_impedance", "contact_impedance"):
+            if not 0.0 < getattr(self, name) < 1.0:
+                raise InvalidInputError(
+                    f"sleeve: {name} is {getattr(self, name)}, valid is between 0 and 1"
+                )
+        if len(self.grasp_offset) != 3 or not np.isfinite(self.grasp_offset).all():
+            raise InvalidInputError(
+                f"sleeve: grasp_offset is {self.grasp_offset}, valid is three lengths in metres"
+            )
+        if self.vertices_around < 6 or self.vertices_along < 3:
             raise InvalidInputError(
                 f"a sleeve of {self.vertices_around} x {self.vertices_along} vertices is too "
-                "coarse, valid is 6 or more around and 2 or more along"
+                "coarse, valid is 6 or more around and 3 or more along: choose a shorter edge"
             )
-        for name in (
-            "length",
-            "armscye_circumference",
-            "hem_circumference",
-            "areal_density",
-            "membrane_stiffness",
-            "bending_stiffness",
-            "collision_radius",
-            "grip_radius",
-        ):
-            if not getattr(self, name) > 0.0:
-                raise InvalidInputError(f"sleeve: {name} is {getattr(self, name)}, valid is > 0")
-        for name in ("friction", "damping"):
-            if not getattr(self, name) >= 0.0:
-                raise InvalidInputError(f"sleeve: {name} is {getattr(self, name)}, valid is >= 0")
-        if not 0.0 <= self.poisson < 0.5:
-            raise InvalidInputError(f"sleeve: poisson is {self.poisson}, valid is 0 to below 0.5")
 
     @property
-    def elastic_thickness(self) -> float:
-        """Thickness [m] of the solid sheet that has both measured stiffnesses.
-
-        A fabric bends more easily than a solid sheet of its thickness. MuJoCo derives both
-        stiffnesses from one sheet, membrane ``E t`` and bending ``E t^3 / 12 (1 - nu^2)``, so t
-        follows from their ratio.
-        """
-        ratio = self.bending_stiffness / self.membrane_stiffness
-        return float(np.sqrt(12.0 * (1.0 - self.poisson**2) * ratio))
+    def vertices_around(self) -> int:
+        """Vertices of a ring."""
+        return round(self.garment.armscye_circumference / self.edge)
 
     @property
-    def young(self) -> float:
-        """Young's modulus [Pa] of the sheet of `elastic_thickness`."""
-        return self.membrane_stiffness / self.elastic_thickness
+    def vertices_along(self) -> int:
+        """Rings, armscye and hem included; the triangles are nearly equilateral."""
+        return round(self.garment.length / (self.edge * np.sqrt(0.75))) + 1
 
 
 @dataclass(frozen=True, slots=True)
 class SleeveMesh:
-    """A sleeve's mesh at rest.
+    """A garment's mesh at rest.
 
     Attributes:
-        vertices: Positions, shape (n_rings * n_around, 3) [m].
+        vertices: Positions, shape (n_vertices, 3) [m].
         triangles: Vertex indices, shape (n_triangles, 3), counter-clockwise from outside.
         masses: Mass of each vertex, a third of its triangles', shape (n_vertices,) [kg].
         gripped: Indices of the vertices that the gripper holds, the armscye's topmost one first.
+        around: Vertices of a ring of the sleeve.
+        along: Rings of the sleeve.
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     masses: NDArray[np.float64]
     gripped: NDArray[np.int32]
+    around: int
+    along: int
 
     @property
     def edges(self) -> NDArray[np.int32]:
         """Each edge once, shape (n_edges, 2)."""
         pairs = self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         return np.unique(np.sort(pairs, axis=1), axis=0)
+
+    def rings(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The sleeve's rings, (along, around, 3), of all vertices' positions (n_vertices, 3)."""
+        return positions[: self.along * self.around].reshape(self.along, self.around, 3)
 
 
 def sleeve_mesh(
@@ -125,7 +108,11 @@ def sleeve_mesh(
     axis: NDArray[np.float64],
     up: NDArray[np.float64],
 ) -> SleeveMesh:
-    """Mesh of a sleeve at rest.
+    """Mesh of a garment at rest.
+
+    Each ring is turned by half a cell against the one before, so that triangles are nearly
+    equilateral: a mesh of squares with diagonals locks in shear and, for as many vertices, pulls
+    several times as hard where the cloth must turn round an elbow.
 
     Args:
         config: Size and mesh density.
@@ -133,35 +120,79 @@ def sleeve_mesh(
         axis: Unit vector (3,) from the armscye to the hem.
         up: Unit vector (3,) across the axis, from the centre to the armscye's top.
     """
-    around, along = config.vertices_around, config.vertices_along
-    fraction = np.repeat(np.linspace(0.0, 1.0, along), around)
-    angle = np.tile(np.arange(around) * 2.0 * np.pi / around, along)
-    circumference = (1 - fraction) * config.armscye_circumference + (
-        fraction * config.hem_circumference
-    )
-    radius = (circumference / (2.0 * np.pi))[:, None]
-    side = np.cross(axis, up)
-    radial = np.cos(angle)[:, None] * up + np.sin(angle)[:, None] * side
-    vertices = armscye_centre + radius * radial + fraction[:, None] * config.length * axis
+    garment, around, along = config.garment, config.vertices_around, config.vertices_along
+    # Around, the grip's patch is divided evenly to both sides of vertex 0, which is topmost.
+    patch = 2.0 * np.pi * config.grip_width / garment.armscye_circumference
+    wide = 2 * max(1, round(patch / (4.0 * np.pi) * around))
+    even = _graded(patch, wide, 2.0 * np.pi, around)
+    even = np.roll(even[:-1] - 0.5 * patch, -(wide // 2))
+    odd = even + 0.5 * (np.roll(even, -1) - even) % np.pi
+    deep = max(1, round(config.grip_depth / garment.length * (along - 1)))
+    distance = _graded(config.grip_depth, deep, garment.length, along - 1)
 
-    triangles = []
+    side = np.cross(axis, up)
+
+    def row(angles: NDArray[np.float64], radius: float, at: float) -> NDArray[np.float64]:
+        radial = np.cos(angles)[:, None] * up + np.sin(angles)[:, None] * side
+        return armscye_centre + radius * radial + at * axis
+
+    def radius(circumference: float, angles: NDArray[np.float64]) -> float:
+        # A ring is a polygon; it is as long as the circumference says, whatever the mesh.
+        steps = (np.roll(angles, -1) - angles) % (2.0 * np.pi)
+        return circumference / float(np.sum(2.0 * np.sin(0.5 * steps)))
+
+    rows, triangles = [], []
+    for ring, at in enumerate(distance):
+        angles = odd if ring % 2 else even
+        taper = garment.hem_circumference - garment.armscye_circumference
+        circumference = garment.armscye_circumference + taper * at / garment.length
+        rows.append(row(angles, radius(circumference, angles), at))
     for ring in range(along - 1):
         for i in range(around):
             a, b = ring * around + i, ring * around + (i + 1) % around
             c, d = a + around, b + around
-            # Alternate the diagonals so that the mesh has no preferred direction of twist.
-            triangles += [(a, b, d), (a, d, c)] if (ring + i) % 2 else [(a, b, c), (b, d, c)]
-    faces = np.array(triangles, dtype=np.int32)
+            triangles += [(a, b, d), (a, d, c)] if ring % 2 else [(a, b, c), (b, d, c)]
 
+    # The shirt's body goes on beyond the lower half of the armscye.
+    below = np.flatnonzero(np.cos(even) < 1e-9)
+    before = below
+    for number in range(1, round(garment.body / (config.edge * np.sqrt(0.75))) + 1):
+        angles = even[below] if number % 2 == 0 else odd[below[:-1]]
+        at = -number * config.edge * np.sqrt(0.75)
+        now = np.arange(len(angles)) + sum(map(len, rows))
+        rows.append(row(angles, radius(garment.armscye_circumference, even), at))
+        wider, narrower = (before, now) if number % 2 else (now, before)
+        for i in range(len(narrower)):
+            triangles.append((wider[i], wider[i + 1], narrower[i]))
+        for i in range(len(narrower) - 1):
+            triangles.append((narrower[i], wider[i + 1], narrower[i + 1]))
+        turned = 2 * len(narrower) - 1
+        if number % 2:  # seen from outside the wider row is now on the other side
+            triangles[-turned:] = [(b, a, c) for a, b, c in triangles[-turned:]]
+        before = now
+
+    vertices = np.concatenate(rows)
+    faces = np.array(triangles, dtype=np.int32)
     corners = vertices[faces]
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    shares = np.repeat(areas * config.areal_density / 3.0, 3)
+    shares = np.repeat(areas * garment.fabric.areal_density / 3.0, 3)
     masses = np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
-    distance = np.linalg.norm(vertices - vertices[0], axis=1)
-    gripped = np.flatnonzero(distance <= config.grip_radius).astype(np.int32)
-    return SleeveMesh(vertices, faces, masses, gripped)
+    columns = np.arange(-(wide // 2), wide // 2 + 1)
+    held = [ring * around + columns[: len(columns) - ring % 2] % around for ring in range(deep + 1)]
+    gripped = np.sort(np.concatenate(held)).astype(np.int32)
+    return SleeveMesh(vertices, faces, masses, gripped, around, along)
+
+
+def _graded(patch: float, inside: int, total: float, cells: int) -> NDArray[np.float64]:
+    """Boundaries (cells + 1,) of cells on a length, the first `inside` of them on a patch.
+
+    With a boundary exactly at the patch's end, the fingers hold the same piece of cloth whatever
+    the mesh.
+    """
+    held = np.linspace(0.0, patch, inside + 1)
+    return np.concatenate([held, np.linspace(patch, total, cells - inside + 1)[1:]])
 
 
 def vertex_body(index: int) -> str:
@@ -177,6 +208,7 @@ def add_sleeve(
     conaffinity: int,
 ) -> None:
     """Add the cloth to the world at its rest shape, one body with three slides a vertex."""
+    fabric = config.garment.fabric
     axes = np.eye(3)
     for index, (position, mass) in enumerate(zip(mesh.vertices, mesh.masses, strict=True)):
         # A point mass: MuJoCo wants some rotational inertia, which no joint ever feels.
@@ -194,19 +226,19 @@ def add_sleeve(
     spec.add_flex(
         name=FLEX,
         dim=2,
-        radius=config.collision_radius,
+        radius=0.5 * fabric.thickness,
         vertbody=[vertex_body(i) for i in range(len(mesh.vertices))],
         elem=mesh.triangles.ravel().tolist(),
-        young=config.young,
-        poisson=config.poisson,
-        damping=config.damping,
-        thickness=config.elastic_thickness,
+        young=fabric.young,
+        poisson=fabric.poisson,
+        damping=fabric.damping,
+        thickness=fabric.elastic_thickness,
         elastic2d=3,  # both stretching and bending
         contype=contype,
         conaffinity=conaffinity,
         condim=3,
         priority=1,  # else contacts take the mean of these settings and the mannequin's defaults
-        friction=[config.friction, 0.005, 0.0001],
+        friction=[fabric.friction, 0.005, 0.0001],
         solref=[config.contact_time, 1.0],
         solimp=[config.contact_impedance, config.contact_impedance, 0.001, 0.5, 2.0],
         selfcollide=mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
