@@ -7,6 +7,7 @@ Or: python scripts/draw_suites.py figure
 Or: python scripts/draw_suites.py distances case_a case_b
 """
 
+import sys
 from pathlib import Path
 
 import tyro
@@ -15,6 +16,7 @@ from dressing_sim.assets_path import assets
 from dressing_sim.benchmark.distribution import DRAWN_SUITES
 from dressing_sim.benchmark.posture_figures import distance_table, draw_postures
 from dressing_sim.benchmark.suites import load_suite, write_suite
+from dressing_sim.errors import InvalidInputError
 
 SUITES = assets() / "suites"
 
@@ -27,7 +29,7 @@ def files(out: Path = SUITES) -> None:
 
 
 def figure(out: Path = Path("docs/postures.svg")) -> None:
-    """Draw the angles of `test200`, `val50` and `paper5`, and their arms from above and aside."""
+    """Draw the angles of `test200`, `val50` and `paper5`, and their arms from three sides."""
     draw_postures({name: load_suite(name) for name in ("test200", "val50", "paper5")}, out)
     print(out)
 
@@ -37,6 +39,16 @@ def distances(suites: tyro.conf.Positional[tuple[str, ...]] = ("case_a", "case_b
     print(distance_table({name: load_suite(name) for name in suites}))
 
 
-if __name__ == "__main__":
+def main() -> int:
+    """Run a command; errors of the user's are one line and exit code 2."""
     commands = {function.__name__: function for function in (files, figure, distances)}
-    tyro.extras.subcommand_cli_from_dict(commands, description=__doc__)
+    try:
+        tyro.extras.subcommand_cli_from_dict(commands, description=__doc__)
+    except InvalidInputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import matplotlib
 import pytest
 
@@ -53,3 +55,9 @@ def test_the_table_has_a_row_for_each_frame_of_each_suite():
 def test_one_posture_has_no_distance():
     with pytest.raises(InvalidInputError, match="'alone': 1 postures"):
         distance_table({"alone": PAPER[:1]})
+
+
+def test_the_documents_state_the_table_of_the_two_cases():
+    docs = Path(__file__).parents[1] / "docs" / "benchmark.md"
+    table = distance_table({name: load_suite(name) for name in ("case_a", "case_b")})
+    assert table in docs.read_text(encoding="utf-8")
