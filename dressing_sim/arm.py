@@ -134,7 +134,7 @@ class Posture:
             if not (number and low <= value <= high):  # also false for NaN
                 raise InvalidInputError(
                     f"posture {self.name!r}: {angle} is {value!r}, "
-                    f"valid is a number from {low:g} to {high:g}"
+                    f"valid is {low:g} to {high:g}, a number of degrees"
                 )
             object.__setattr__(self, angle, float(value))
         if not isinstance(self.size, str) or self.size not in ARM_SIZES:
