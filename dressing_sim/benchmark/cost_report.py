@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -85,23 +86,30 @@ def _printed(paper: Mapping[str, Any], n: int) -> str:
 
 
 def cost_figure(summary: Mapping[str, Any]) -> str:
-    """The cost reduction, a panel for each set of demonstrations, as SVG.
+    """The cost reduction as SVG: a column for each set of demonstrations.
 
-    Curves are means over all runs, with bootstrap intervals; grey is the paper's table.
+    Above the cost, below per cent of what it was without synthetic demonstrations. Curves are means
+    over all runs, with bootstrap intervals; grey is the paper's table.
     """
     names = list(dict.fromkeys(row["demonstrations"] for row in summary["rows"]))
-    figure = Figure(figsize=(1.0 + 3.4 * len(names), 3.0), layout="constrained")
-    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
-    for panel, name in zip(panels, names, strict=True):
-        _draw(panel, [row for row in summary["rows"] if row["demonstrations"] == name])
-        panel.plot(summary["paper"]["cost"], color="0.6", ls="--", marker="s", ms=3, label="paper")
-        panel.set_title(name, fontsize=9)
-        panel.set_xlabel("accepted synthetic demonstrations", fontsize=8)
-        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
-        panel.tick_params(labelsize=7)
-        panel.set_ylim(bottom=0.0)
-    panels[0].set_ylabel("cost [m]", fontsize=8)
-    panels[0].legend(fontsize=7)
+    figure = Figure(figsize=(1.0 + 3.4 * len(names), 5.2), layout="constrained")
+    panels = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
+    paper = np.array(summary["paper"]["cost"])
+    for column, name in enumerate(names):
+        rows = [row for row in summary["rows"] if row["demonstrations"] == name]
+        for panel, relative in zip(panels[:, column], (False, True), strict=True):
+            for row in rows:
+                _draw(panel, row, relative)
+            scale = 100.0 / paper[0] if relative else 1.0
+            panel.plot(paper * scale, color="0.6", ls="--", marker="s", ms=3, label="paper")
+            panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+            panel.tick_params(labelsize=7)
+            panel.set_ylim(bottom=0.0)
+        panels[0, column].set_title(name, fontsize=9)
+        panels[1, column].set_xlabel("accepted synthetic demonstrations", fontsize=8)
+    panels[0, 0].set_ylabel("cost [m]", fontsize=8)
+    panels[1, 0].set_ylabel("% of the first cost", fontsize=8)
+    panels[0, 0].legend(fontsize=7)
     stream = io.StringIO()
     # Without date and random names, so that the same summary gives the same file.
     with matplotlib.rc_context({"svg.hashsalt": "dressing_sim"}):
@@ -109,14 +117,14 @@ def cost_figure(summary: Mapping[str, Any]) -> str:
     return stream.getvalue()
 
 
-def _draw(panel: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
-    for row in rows:
-        counts = [step["n"] for step in row["steps"]]
-        low, high = zip(*(step["cost_of_all_ci95"] for step in row["steps"]), strict=True)
-        colour = _COLOURS.get(row["policy"])
-        costs = [step["cost_of_all"] for step in row["steps"]]
-        (line,) = panel.plot(counts, costs, color=colour, marker="o", ms=3, label=row["policy"])
-        panel.fill_between(counts, low, high, color=line.get_color(), alpha=0.15, lw=0)
+def _draw(panel: Axes, row: Mapping[str, Any], relative: bool) -> None:
+    scale = 100.0 / row["steps"][0]["cost_of_all"] if relative else 1.0
+    counts = [step["n"] for step in row["steps"]]
+    costs = scale * np.array([step["cost_of_all"] for step in row["steps"]])
+    low, high = scale * np.array([step["cost_of_all_ci95"] for step in row["steps"]]).T
+    colour = _COLOURS[row["policy"]]
+    panel.plot(counts, costs, color=colour, marker="o", ms=3, label=row["policy"])
+    panel.fill_between(counts, low, high, color=colour, alpha=0.15, lw=0)
 
 
 def cost_markdown(summary: Mapping[str, Any], command: str) -> str:
