@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.world.scene import WorldConfig, build_spec
+from dressing_sim.world.strain_colours import StrainColours
 from dressing_sim.world.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
 
 #: Tried in this order unless the environment variable MUJOCO_GL names one of them.
@@ -82,6 +83,8 @@ class OffscreenRenderer:
         config: The world's configuration, for the sleeve's mesh.
         width: Of a picture [pixels].
         height: Of a picture [pixels].
+        strain_top: Colour the cloth by its strain, this strain in the last colour; None for cloth
+            of one colour.
 
     Raises:
         DressingSimError: No OpenGL backend works.
@@ -89,7 +92,12 @@ class OffscreenRenderer:
     """
 
     def __init__(
-        self, posture: Posture, config: WorldConfig, width: int = 640, height: int = 480
+        self,
+        posture: Posture,
+        config: WorldConfig,
+        width: int = 640,
+        height: int = 480,
+        strain_top: float | None = None,
     ) -> None:
         for side in (width, height):
             if not 1 <= side <= LARGEST_SIDE:
@@ -97,8 +105,9 @@ class OffscreenRenderer:
                     f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
                 )
         backend = gl_backend()
-        spec, _ = build_spec(posture, config)
+        spec, mesh = build_spec(posture, config)
         add_visuals(spec)
+        self._colours = None if strain_top is None else StrainColours(spec, mesh, strain_top)
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
@@ -131,6 +140,8 @@ class OffscreenRenderer:
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mj_flex(self._model, self._data)
+        if self._colours is not None:
+            self._colours.paint(self._model, self._data.flexvert_xpos)
         view = mujoco.MjvCamera()
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED
         view.fixedcamid = self._model.camera(camera).id
