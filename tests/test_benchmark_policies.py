@@ -127,10 +127,10 @@ def test_a_policy_that_cannot_be_had_is_an_error_that_names_it(name, part):
 
 
 def test_settings_after_the_name_reach_the_policy():
-    policy = make_policy("tp-gmm?position_floor=0.01&end_radius=0&relative_floor=false")
+    policy = make_policy("tp-gmm?position_floor=0.01&end_radius=0&relative_floor=true")
     assert policy.model.floor == (0.01, PaperSettings().displacement_floor)
     assert policy.end_radius == 0.0
-    assert policy.model.relative_floor is False
+    assert policy.model.relative_floor is True
     assert make_policy("tp-gmm").end_radius == PaperSettings().end_radius
     assert make_policy("default?samples=50").samples == 50
 
@@ -153,9 +153,9 @@ def test_augmented_policies_differ_by_method_and_seed_and_can_be_sent_to_a_proce
 @pytest.mark.parametrize(
     ("settings", "related"),
     [
-        (PaperSettings(), False),
-        (PaperSettings(situations="arms"), True),
-        (PaperSettings(situations="arms", free_axes="arm-plane"), True),
+        (PaperSettings(situations="frames"), False),
+        (PaperSettings(), True),
+        (PaperSettings(free_axes="arm-plane"), True),
     ],
 )
 def test_random_situations_are_independent_frames_or_those_of_an_arm(settings, related, rng):
