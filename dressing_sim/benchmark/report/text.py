@@ -1,0 +1,193 @@
+"""Tables and sentences that the terminal, ``report.md`` and ``report.html`` share."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dressing_sim.benchmark.comparisons import label
+from dressing_sim.benchmark.policies import EXPERT
+from dressing_sim.benchmark.protocol import Entry, Protocol
+from dressing_sim.benchmark.store import EpisodeResult
+from dressing_sim.judge import Outcome, count_reasons
+
+#: With more episodes than this a report lists postures instead.
+MOST_EPISODES_LISTED = 60
+
+SUCCESS_RULE = (
+    "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth was "
+    "neither stretched nor pulled too far. One episode can fail for several reasons. Intervals of "
+    "rates are Wilson's; void episodes count neither way."
+)
+
+#: What the kinds of comparison are called, see `dressing_sim.benchmark.comparisons`.
+COMPARISONS = {
+    "augmentation": "with synthetic demonstrations, less without",
+    "baseline": "less the policy that was shown seven demonstrations",
+    "case": "shown distinct postures, less shown similar ones",
+    "variation": "under variation, less without",
+}
+
+Cells = list[list[str]]
+
+
+def table(summary: Mapping[str, Any]) -> Cells:
+    """The summary's rows as cells of text, the first row the heading."""
+    varied = any(row["variation"] for row in summary["rows"])
+    cells = [
+        [
+            "policy",
+            "shown",
+            *(["varied"] if varied else []),
+            "success",
+            "rate",
+            "95 % interval",
+            "what went wrong",
+        ]
+    ]
+    for row in summary["rows"]:
+        low, high = row["pc_success_ci95"]
+        void = f"{row['n_void']} void" if row["n_void"] else ""
+        cells.append(
+            [
+                row["policy"],
+                row["demonstrations"] or "-",
+                *([", ".join(row["variation"]) or "-"] if varied else []),
+                f"{row['n_success']} / {row['n_episodes']}",
+                percent(row["pc_success"]),
+                f"{low:.0f} - {high:.0f} %",
+                ", ".join(filter(None, [counted(row["failures"]), void])) or "-",
+            ]
+        )
+    return cells
+
+
+def markdown_table(cells: Sequence[Sequence[str]]) -> str:
+    """Cells of text, heading first, as a Markdown table."""
+    heading, *body = cells
+    lines = [heading, ["---"] * len(heading), *body]
+    return "\n".join("| " + " | ".join(map(_in_cell, line)) + " |" for line in lines)
+
+
+def _in_cell(text: str) -> str:
+    """A cell's text, in which a bar or a line's end would begin another cell or line."""
+    return " ".join(text.replace("|", "\\|").splitlines())
+
+
+def percent(value: float | None) -> str:
+    """A percentage for people; a rate of no trials is a dash."""
+    return "-" if value is None else f"{value:.0f} %"
+
+
+def headline(protocol: Protocol, summary: Mapping[str, Any]) -> str:
+    """The result in two sentences: the best rows that learned, and the expert's, not varied."""
+    rows = [
+        (label(entry), row)
+        for entry, row in zip(protocol.entries, summary["rows"], strict=True)
+        if row["pc_success"] is not None and not entry.variation
+    ]
+    learned = [(name, row) for name, row in rows if row["demonstrations"] is not None]
+    most = max((row["pc_success"] for _, row in learned), default=None)
+    best = [(name, row) for name, row in learned if row["pc_success"] == most]
+    sentences = []
+    if len(best) == 1:
+        name, row = best[0]
+        sentences.append(f"Of the policies that learned, {name} did best: {_dressed(row)}.")
+    elif best:
+        *others, last = (name for name, _ in best)
+        names = "all" if len(best) == len(learned) else f"{', '.join(others)} and {last}"
+        sentences.append(
+            f"Of the policies that learned, {names} did equally well: {percent(most)} dressed."
+        )
+    sentences += [
+        f"The {name}, who sees the whole arm, dressed {_dressed(row)}."
+        for name, row in rows
+        if row["policy"] == EXPERT
+    ]
+    return " ".join(sentences) or "No episode could be judged."
+
+
+def _dressed(row: Mapping[str, Any]) -> str:
+    low, high = row["pc_success_ci95"]
+    return (
+        f"{row['n_success']} of {row['n_episodes']} arms ({percent(row['pc_success'])}, "
+        f"95 % interval {low:.0f} to {high:.0f} %)"
+    )
+
+
+def listing(results: Sequence[EpisodeResult]) -> tuple[str, Cells]:
+    """What a report lists: every episode or, where there are many, every posture.
+
+    Args:
+        results: Episodes in the order of the protocol.
+
+    Returns:
+        What it is a list of, and its cells of text, the first row the heading.
+    """
+    if len(results) <= MOST_EPISODES_LISTED:
+        return "Episodes", _episodes(results)
+    return "Postures", _postures(results)
+
+
+def _episodes(results: Sequence[EpisodeResult]) -> Cells:
+    varied = any(result.entry.variation for result in results)
+    cells = [["episode", "policy", "shown", *(["varied"] if varied else []), "posture", "elbow"]]
+    cells[0] += ["outcome", "armscye s", "strain", "pull"]
+    for result in results:
+        outcome = result.outcome
+        cells.append(
+            [
+                str(result.index),
+                result.entry.policy,
+                result.entry.demonstrations or "-",
+                *([", ".join(result.entry.variation) or "-"] if varied else []),
+                result.posture.name,
+                f"{result.posture.elbow_deg:.0f} deg",
+                f"void: {outcome.void}" if outcome.void else _verdict(outcome),
+                *(
+                    f"{outcome.figures[name]:.2f}{unit}" if name in outcome.figures else "-"
+                    for name, unit in (("armscye_s", ""), ("strain", ""), ("grip_force", " N"))
+                ),
+            ]
+        )
+    return cells
+
+
+def _verdict(outcome: Outcome) -> str:
+    return "success" if outcome.success else ", ".join(outcome.reasons)
+
+
+def _postures(results: Sequence[EpisodeResult]) -> Cells:
+    groups: dict[str, list[EpisodeResult]] = {}
+    for result in results:
+        groups.setdefault(result.posture.name, []).append(result)
+    cells = [["posture", "elbow", "dressed", "what went wrong"]]
+    for name, group in groups.items():
+        outcomes = [result.outcome for result in group if result.outcome.void is None]
+        void = f"{len(group) - len(outcomes)} void" if len(outcomes) < len(group) else ""
+        cells.append(
+            [
+                name,
+                f"{group[0].posture.elbow_deg:.0f} deg",
+                f"{sum(outcome.success for outcome in outcomes)} / {len(outcomes)}",
+                ", ".join(filter(None, [counted(count_reasons(outcomes)), void])) or "-",
+            ]
+        )
+    return cells
+
+
+def counted(reasons: Mapping[str, int]) -> str:
+    """How often each reason occurred, in a line."""
+    return ", ".join(f"{reason} {n}" for reason, n in reasons.items())
+
+
+def pair_label(row: Mapping[str, Any]) -> str:
+    """What a side of a comparison is called."""
+    return label(Entry(row["policy"], row["demonstrations"], tuple(row["variation"])))
+
+
+def replay_command(folder: Path, result: EpisodeResult) -> str:
+    """What to type to see an episode of a run again."""
+    return f"dressing-sim replay {shlex.quote(str(folder))} {result.index} --video film.mp4"
