@@ -33,8 +33,8 @@ Situations = Literal["frames", "arms"]
 class PaperSettings:
     """Settings of all built-in policies, the same for every row of a table.
 
-    What the paper leaves open follows the authors' code where that has an answer. It was settled
-    on the suite ``val50``, see `dressing_sim.benchmark.screening`, before any test.
+    What the paper leaves open follows the authors' code where that has an answer; the rest was
+    settled on the suite ``val50``, see `dressing_sim.benchmark.screening`, on no test posture.
     """
 
     n_components: int = 4
