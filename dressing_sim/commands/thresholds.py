@@ -1,0 +1,89 @@
+"""``dressing-sim thresholds``: how success rates hang on the thresholds of success."""
+
+from __future__ import annotations
+
+import json as json_format
+import shlex
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+
+from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.files import check_writable
+
+
+def thresholds(
+    suite: str = "val50",
+    policies: str | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    out: Path = Path("results/thresholds"),
+    resume: bool = False,
+    json: bool = False,
+) -> None:
+    """Measure how success rates, and the ranking of policies, hang on each threshold of success.
+
+    Every episode is simulated once, on after limits were exceeded, and judged with each threshold
+    multiplied by 0.5 to 1.5. Writes episodes.jsonl, summary.json, report.md and thresholds.svg.
+
+    For example: dressing-sim thresholds
+
+    Or: dressing-sim thresholds --suite random:20 --policies expert,tp-gmm --workers 4
+
+    Args:
+        suite: test postures: a name, a JSON file, or random:N.
+        policies: other policies than the study's, separated by commas, each learning from all of
+            its demonstrations: expert, tp-gmm, tp-gmm-rf, the name of an installed one, or
+            module:Class.
+        seed: of the operator's variability.
+        workers: processes, as many as processors unless given; the results do not depend on it.
+        out: folder for the results; a finished run in it is replaced.
+        resume: continue the run in the folder, if there is one, with the same settings.
+        json: print the summary as JSON, and nothing else, to standard output.
+    """
+    from dressing_sim.benchmark.executors import Processes
+    from dressing_sim.benchmark.plan import make_plan
+    from dressing_sim.benchmark.progress import show_progress
+    from dressing_sim.benchmark.runner import Work, run_plan
+    from dressing_sim.benchmark.sensitivity import PROTOCOL, dress_job
+    from dressing_sim.benchmark.sensitivity_report import (
+        sensitivity_table,
+        write_sensitivity_report,
+    )
+    from dressing_sim.benchmark.sensitivity_summary import summarise
+    from dressing_sim.benchmark.store import open_run
+    from dressing_sim.episode import EpisodeConfig
+    from dressing_sim.settings import to_plain
+
+    protocol = replace(PROTOCOL, suite=suite)
+    if policies is not None:
+        protocol = protocol.with_policies([name.strip() for name in policies.split(",")])
+    count = processors() if workers is None else workers
+    check_positive("workers", count)
+    check_seed(seed)
+    check_writable(out / "report.md")
+    config = EpisodeConfig(protective_stop=False)
+    plan = make_plan(protocol, seed, config)
+    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+    try:
+        with (
+            Processes(count) as crew,
+            open_run(out, plan, resume) as folder,
+            show_progress(Console(stderr=True)) as progress,
+        ):
+            results = run_plan(folder, crew, progress, Work(dress=dress_job))
+    except KeyboardInterrupt:
+        again = command if "--resume" in sys.argv else f"{command} --resume"
+        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
+        raise SystemExit(130) from None
+    summary = summarise(
+        protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
+    )
+    write_sensitivity_report(out, summary, command)
+    if json:
+        print(json_format.dumps(summary, indent=2))
+    else:
+        print_table(sensitivity_table(summary))
+        print(f"written to {out}/: report.md, thresholds.svg, summary.json")
