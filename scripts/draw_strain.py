@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -62,7 +62,9 @@ def main() -> None:
                 f"{kind} path: {verdict}; {100 * outcome.figures['strain']:.0f} %", fontsize=10
             )
             axes.axis("off")
-    scale = ScalarMappable(Normalize(0.0, 100 * top), COLOURS)
+    scale = ScalarMappable(
+        Normalize(0.0, 100 * top), LinearSegmentedColormap.from_list("strain", COLOURS)
+    )
     figure.colorbar(scale, ax=panels, label="principal strain [%]", extend="max", shrink=0.8)
     with replacing(FILE) as temporary:
         figure.savefig(temporary, format="png", dpi=110, metadata={"Software": None})

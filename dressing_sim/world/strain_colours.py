@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from matplotlib import colormaps
 from numpy.typing import NDArray
 
 from dressing_sim.world.sleeve import FLEX, SleeveMesh
 from dressing_sim.world.strain import StrainGauge
 
-#: Matplotlib's name of the colours; even in lightness, and told apart by colour-blind readers.
-COLOURS = "viridis"
+#: Red, green and blue from no strain to the top, evenly spaced; their lightness rises evenly, so
+#: that colour-blind readers tell them apart.
+COLOURS = (
+    (0.27, 0.00, 0.33),
+    (0.23, 0.32, 0.55),
+    (0.13, 0.57, 0.55),
+    (0.37, 0.79, 0.38),
+    (0.99, 0.91, 0.14),
+)
 
 _STEPS = 256
 
@@ -30,11 +36,12 @@ class StrainColours:
     def __init__(self, spec: mujoco.MjSpec, mesh: SleeveMesh, top: float) -> None:
         self._gauge = StrainGauge(mesh)
         self._mesh, self._top = mesh, top
-        rgb = np.round(255 * colormaps[COLOURS](np.linspace(0.0, 1.0, _STEPS))[:, :3])
+        steps = np.linspace(0.0, len(COLOURS) - 1.0, _STEPS)
+        rgb = np.stack([np.interp(steps, range(len(COLOURS)), c) for c in np.transpose(COLOURS)], 1)
         texture = spec.add_texture(
             name="strain", type=mujoco.mjtTexture.mjTEXTURE_2D, width=_STEPS, height=2, nchannel=3
         )
-        texture.data = np.repeat(rgb.astype(np.uint8)[None], 2, axis=0).tobytes()
+        texture.data = np.repeat(np.round(255 * rgb).astype(np.uint8)[None], 2, axis=0).tobytes()
         material = spec.add_material(name="strain")
         textures = material.textures
         textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "strain"
