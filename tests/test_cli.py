@@ -4,15 +4,13 @@ import sys
 
 import pytest
 
-from dressing_sim import demonstration as demonstrations
 from dressing_sim import episode
-from dressing_sim.benchmark import runner
 from dressing_sim.cli import main
 from dressing_sim.demonstration import load_demonstrations, save_demonstrations
 from dressing_sim.judge import Failure, Outcome
 from dressing_sim.learning import load_model
 
-COMMANDS = ("evaluate", "demonstrate", "learn", "dress", "planar", "doctor")
+COMMANDS = ("evaluate", "replay", "demonstrate", "learn", "dress", "planar", "doctor")
 
 
 @pytest.fixture(autouse=True)
@@ -111,11 +109,6 @@ def test_arguments_that_are_none_are_exit_code_2(arguments, capsys, folder):
         ("learn none.h5", "none.h5: no such file"),
         ("learn text.h5", "not HDF5"),
         ("learn text.h5 --policy nobody", "unknown policy 'nobody'; valid is one of"),
-        ("evaluate --protocol nothing", "unknown protocol 'nothing'; valid is one of paper"),
-        ("evaluate --suite nowhere", "unknown suite 'nowhere'; valid is one of"),
-        ("evaluate --policies nobody", "unknown policy 'nobody'; valid is one of"),
-        ("evaluate --policies json:JSONDecodeError", "'json:JSONDecodeError'"),
-        ("evaluate --workers 0", "workers is 0, valid is 1 or more"),
         ("planar --demos none.npz", "no file none.npz"),
     ],
 )
@@ -125,17 +118,6 @@ def test_bad_input_is_one_line_and_exit_code_2_and_nothing_is_written(
     (folder / "text.h5").write_text("not { HDF5")
     (folder / "occupied").mkdir()
     assert_refused(capsys, folder, arguments.split(), part)
-
-
-def test_results_that_cannot_be_written_are_refused_before_anything_runs(
-    capsys, folder, monkeypatch
-):
-    def fails(*_arguments):
-        raise AssertionError("a simulation was started")
-
-    monkeypatch.setattr(runner, "run_protocol", fails)
-    (folder / "text.txt").write_text("in the way")
-    assert_refused(capsys, folder, ["evaluate", "--out", "text.txt"], "text.txt")
 
 
 def test_the_installed_command_reports_bad_input_in_one_line_too(folder):
@@ -203,31 +185,6 @@ def test_demonstrations_are_recorded_learned_from_and_used(
     assert told["posture"] == posture.to_dict()
     assert told["void"] is None
     assert {"duration", "strain", "grip_force"} <= set(told["figures"])
-
-
-def test_evaluate_writes_its_three_files_and_prints_the_summary(capsys, folder, one):
-    main(["evaluate", "--suite", one, "--policies", "expert", "--workers", "1", "--out", "a/b",
-          "--seed", "2", "--json"])  # fmt: skip
-    output = capsys.readouterr()
-    summary = json.loads(output.out)
-    assert summary == json.loads((folder / "a/b/summary.json").read_text())
-    (row,) = summary["rows"]
-    assert (row["policy"], row["n_episodes"], row["n_void"]) == ("expert", 1, 0)
-    assert set(row) == {
-        "policy",
-        "demonstrations",
-        "n_episodes",
-        "n_success",
-        "pc_success",
-        "pc_success_ci95",
-        "failures",
-        "n_void",
-    }
-    assert summary["config"]["seed"] == 2
-    (line,) = (folder / "a/b/episodes.jsonl").read_text().splitlines()
-    assert json.loads(line)["versions"] == demonstrations.versions()
-    assert (folder / "a/b/report.md").is_file()
-    assert "episodes" in output.err  # the progress bar
 
 
 def test_dress_says_what_went_wrong(capsys):

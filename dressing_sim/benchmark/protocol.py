@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
+from dressing_sim.arm import Posture
 from dressing_sim.benchmark.policies import EXPERT
+from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
 
 
@@ -15,36 +19,80 @@ class Entry:
 
     Attributes:
         policy: Name of the policy.
-        demonstrations: Suite of the postures it was shown, or None for the expert.
+        demonstrations: Suite of the postures it was shown, ``NAME:n`` for the first n of them, or
+            None for the expert.
+        variation: What is drawn anew for each episode, of `dressing_sim.variation.FACTORS`.
     """
 
     policy: str
     demonstrations: str | None = None
+    variation: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
     """A table to be measured.
 
+    With S demonstration sets, test posture i is dressed by the policy that learned from set
+    ``i mod S``; each set is the same postures, demonstrated with other seeds. So all rows are
+    paired by posture and set, and a row averages over the operator's variability.
+
     Attributes:
         name: What it is called.
         suite: Test postures.
         entries: Its rows.
+        demonstration_sets: How often the demonstrated postures are demonstrated.
+        kind: Whether success in episodes is measured, or the cost of Algorithm 1 alone.
     """
 
     name: str
     suite: str
     entries: tuple[Entry, ...]
+    demonstration_sets: int = 1
+    kind: Literal["episodes", "cost"] = "episodes"
+
+    def __post_init__(self) -> None:
+        if self.demonstration_sets < 1:
+            raise InvalidInputError(
+                f"protocol {self.name!r}: demonstration_sets is {self.demonstration_sets}, "
+                "valid is 1 or more"
+            )
 
     def with_policies(self, names: Sequence[str]) -> Protocol:
-        """The same test with other policies, each learning from every demonstration set."""
-        sets = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
+        """The same test with other policies, each learning from every suite of demonstrations."""
+        shown = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
+        variations = dict.fromkeys(e.variation for e in self.entries)
         entries = [
-            entry
+            Entry(name, demonstrations, variation)
             for name in dict.fromkeys(names)
-            for entry in ([Entry(name)] if name == EXPERT else [Entry(name, s) for s in sets])
+            for demonstrations in ([None] if name == EXPERT else shown)
+            for variation in variations
         ]
-        return Protocol(self.name, self.suite, tuple(entries))
+        return replace(self, entries=tuple(entries))
+
+    def with_variation(self, factors: Sequence[str]) -> Protocol:
+        """The same test, but these factors, and no others, are drawn anew for each episode."""
+        varied = tuple(dict.fromkeys(factors))
+        entries = dict.fromkeys(replace(entry, variation=varied) for entry in self.entries)
+        return replace(self, entries=tuple(entries))
+
+
+def shown_postures(name: str) -> list[Posture]:
+    """Postures to demonstrate on: those of a suite, or with ``NAME:n`` its first n.
+
+    Raises:
+        InvalidInputError: There is no such suite, or it has fewer than n.
+    """
+    # In random:N and random:N:SEED the number after the colon means something else.
+    match = None if name.startswith("random:") else re.fullmatch(r"(.+):(\d+)", name)
+    if match is None:
+        return load_suite(name)
+    postures, count = load_suite(match[1]), int(match[2])
+    if not 1 <= count <= len(postures):
+        raise InvalidInputError(
+            f"demonstrations {name!r}: valid is 1 to {len(postures)} postures of suite {match[1]!r}"
+        )
+    return postures[:count]
 
 
 PROTOCOLS: Mapping[str, Protocol] = {

@@ -1,0 +1,284 @@
+"""Where the work is done: processes of this machine or a Dask cluster, and what if one dies."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from itertools import islice
+from multiprocessing.connection import Connection
+from multiprocessing.connection import wait as wait_for_connection
+from typing import Any, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from dressing_sim.demonstration import versions
+from dressing_sim.errors import DressingSimError, InvalidInputError
+
+Key = TypeVar("Key")
+
+#: Calls handed to the workers ahead, for each worker; enough to keep it busy, and few, so that
+#: memory does not grow with the number of episodes.
+_AHEAD = 4
+
+#: A cluster that does not answer, or has no worker, for so long is reported [s].
+_PATIENCE = 30.0
+
+
+class WorkerDied(DressingSimError):
+    """The worker died under a call, and so did the one that tried it again."""
+
+
+class Workers(Executor):
+    """An executor whose workers can die.
+
+    Each call gets one thread for linear algebra: workers do not slow down each other, and bits do
+    not depend on the number of processors. Leaving its ``with`` block by an error or Ctrl-C ends
+    the workers at once.
+
+    Attributes:
+        deaths: Exceptions of a future that say that a worker died, rather than the call failed.
+    """
+
+    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many calls run at the same time."""
+
+    def renew(self) -> None:
+        """Make the executor usable again after a death."""
+
+    def stop(self) -> None:
+        """End all work at once."""
+        self.shutdown(wait=False, cancel_futures=True)
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.shutdown()
+        else:
+            self.stop()
+
+
+class Processes(Workers):
+    """Fresh processes of this machine; they end with this process, however it ends.
+
+    Args:
+        count: How many.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._open()
+
+    def _open(self) -> None:
+        # Spawned rather than forked: OpenGL, BLAS and MuJoCo hold threads that a fork would break.
+        context = multiprocessing.get_context("spawn")
+        # Nobody writes to the leash. It breaks when this process closes it, or is killed.
+        worker_end, self._leash = context.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(
+            self._count, mp_context=context, initializer=_heed, initargs=(worker_end,)
+        )
+
+    @property
+    def count(self) -> int:
+        return self._count
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        # Processes are started in here, and inherit what is blocked: a terminal sends Ctrl-C to
+        # all, but only this process answers it.
+        with _interrupt_blocked():
+            return self._pool.submit(single_threaded, fn, *args, **kwargs)
+
+    def renew(self) -> None:
+        self.stop()
+        self._open()
+
+    def stop(self) -> None:
+        self._leash.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._pool.shutdown(wait, cancel_futures=cancel_futures)
+        if wait:
+            self._leash.close()
+
+
+def _heed(leash: Connection) -> None:
+    """In a worker: end it as soon as the leash breaks, whatever it is doing."""
+
+    def watch() -> None:
+        wait_for_connection([leash])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _interrupt_blocked() -> Iterator[None]:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class DaskWorkers(Workers):
+    """A running Dask cluster, whose machines have this package installed.
+
+    Start its workers with one thread each. Dask itself tries a call on other workers before it
+    reports a death (its setting ``scheduler.allowed-failures``).
+
+    Args:
+        address: Of the scheduler, such as ``tcp://10.0.0.1:8786``.
+
+    Raises:
+        InvalidInputError: Dask is not installed, nobody answers, or a worker has other versions.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client, KilledWorker
+        except ImportError as error:
+            raise InvalidInputError(
+                "--scheduler needs Dask; install it with: pip install 'dressing-sim[dask]'"
+            ) from error
+        # Its lines about lost connections would drown ours, which say what to do.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self.deaths = (KilledWorker,)
+        self._address = address
+        try:
+            self._client = Client(address, timeout=_PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise InvalidInputError(f"scheduler {address!r}: nobody answers ({error})") from error
+        try:
+            self._check_workers()
+        except BaseException:
+            self._client.close()
+            raise
+        # Not pure: Dask may not answer a call from memory that it has seen before.
+        self._executor = self._client.get_executor(pure=False)
+
+    def _check_workers(self) -> None:
+        try:
+            self._client.wait_for_workers(1, timeout=_PATIENCE)
+            found = self._client.run(versions, on_error="return")
+        except (OSError, TimeoutError) as error:
+            raise InvalidInputError(f"scheduler {self._address!r} has no workers") from error
+        for worker, theirs in found.items():
+            if isinstance(theirs, Exception):
+                raise InvalidInputError(
+                    f"worker {worker} cannot run dressing-sim ({theirs!r}); install it there"
+                )
+            for package, ours in versions().items():
+                if theirs[package] != ours:
+                    raise InvalidInputError(
+                        f"worker {worker} has {package} {theirs[package]}, valid is {ours} as here"
+                    )
+
+    @property
+    def count(self) -> int:
+        try:
+            return max(1, sum(self._client.nthreads().values()))
+        except OSError as error:
+            raise DressingSimError(f"lost the scheduler {self._address!r}") from error
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return self._executor.submit(single_threaded, fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._executor.shutdown(wait=wait and not cancel_futures)
+        self._client.close()
+
+
+def completed(
+    workers: Workers, function: Callable[..., Any], calls: Iterable[tuple[Key, tuple[Any, ...]]]
+) -> Iterator[tuple[Key, Future[Any]]]:
+    """Call a function many times, and tell of each call as it ends, in any order.
+
+    If a worker dies, all calls that were in flight are tried once more, one at a time: so the one
+    that kills its worker is found, and the others are not blamed for it.
+
+    Args:
+        workers: Where to.
+        function: What to call; a function of a module, as other processes must find it.
+        calls: A key to know each call by, and its arguments; read as the workers come to it.
+
+    Yields:
+        The key, and a future that is done; its exception is `WorkerDied` if the worker died twice.
+    """
+    remaining = iter(calls)
+    flying: dict[Future[Any], tuple[Key, tuple[Any, ...]]] = {}
+    while True:
+        suspects = []
+        for call in islice(remaining, max(0, _AHEAD * workers.count - len(flying))):
+            try:
+                flying[workers.submit(function, *call[1])] = call
+            except workers.deaths:
+                suspects.append(call)
+                break
+        if not flying and not suspects:
+            return
+        done, _ = wait(flying, return_when=FIRST_COMPLETED)
+        if suspects or any(_died(workers, future) for future in done):
+            done, _ = wait(flying)
+        for future in done:
+            call = flying.pop(future)
+            if _died(workers, future):
+                suspects.append(call)
+            else:
+                yield call[0], future
+        if suspects:
+            workers.renew()
+            _check_alive(workers)
+        for key, arguments in suspects:
+            yield key, _alone(workers, function, arguments)
+
+
+def _check_alive(workers: Workers) -> None:
+    """Raise DressingSimError if workers die whatever they do, which is no fault of a call."""
+    future = workers.submit(os.getpid)
+    wait([future])
+    if _died(workers, future):
+        raise DressingSimError("no worker can be started here; is there enough memory?")
+
+
+def _alone(
+    workers: Workers, function: Callable[..., Any], arguments: tuple[Any, ...]
+) -> Future[Any]:
+    """A second try with nothing else in flight."""
+    future = workers.submit(function, *arguments)
+    wait([future])
+    if _died(workers, future):
+        workers.renew()
+        future = Future()
+        future.set_exception(WorkerDied("worker died twice"))
+    return future
+
+
+def _died(workers: Workers, future: Future[Any]) -> bool:
+    try:
+        return isinstance(future.exception(), workers.deaths)
+    except CancelledError as error:
+        raise DressingSimError("the work was cancelled: the scheduler is gone") from error
+
+
+def single_threaded(function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+    """Call a function while linear algebra uses one thread."""
+    with threadpool_limits(limits=1):
+        return function(*args, **kwargs)

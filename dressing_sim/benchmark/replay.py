@@ -1,0 +1,69 @@
+"""One line of ``episodes.jsonl``, run again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.differences import differences
+from dressing_sim.benchmark.executors import single_threaded
+from dressing_sim.benchmark.plan import Job, fitting_seed
+from dressing_sim.benchmark.runner import dress_job, fit_policy
+from dressing_sim.benchmark.store import EpisodeResult, RunFolder, episode_line
+from dressing_sim.episode import EpisodeConfig, Observer
+from dressing_sim.learning import Policy
+from dressing_sim.operator import Operator
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """An episode that was run again.
+
+    Attributes:
+        result: What came out now.
+        differences: Where that differs from the recorded line, a line each; none if every bit is
+            the same.
+        posture: The arm, after variation.
+        config: World, robot and rules, after variation.
+    """
+
+    result: EpisodeResult
+    differences: list[str]
+    posture: Posture
+    config: EpisodeConfig
+
+
+def replay_episode(folder: RunFolder, index: int, observer: Observer | None = None) -> Replay:
+    """Run an episode again, with a policy that learns again from the folder's demonstrations.
+
+    Args:
+        folder: A run.
+        index: Of the episode.
+        observer: Called after every control step.
+
+    Raises:
+        InvalidInputError: There is no such episode, or a demonstration is missing.
+    """
+    recorded = json.loads(folder.line(index))
+    job = folder.plan.jobs[index]
+    source = single_threaded(_source, folder, job)
+    result = single_threaded(dress_job, source, job, folder.plan.config, observer)
+    again = json.loads(episode_line(folder.plan.protocol, result))
+    posture, config, _ = job.situation(folder.plan.config)
+    found = differences(_measured(recorded), _measured(again), "recorded", "now")
+    return Replay(result, found, posture, config)
+
+
+def _source(folder: RunFolder, job: Job) -> Policy | Operator:
+    shown, number = job.entry.demonstrations, job.demonstration_set
+    if shown is None:
+        return Operator()
+    demonstrations = [folder.load_demonstration(p, number) for p in folder.plan.shown[shown]]
+    seed = fitting_seed(folder.plan.seed, job.entry, number)
+    return fit_policy(job.entry.policy, seed, demonstrations)
+
+
+def _measured(line: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in line.items() if name != "versions"}

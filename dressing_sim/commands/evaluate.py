@@ -1,0 +1,147 @@
+"""``dressing-sim evaluate``: the table of a protocol."""
+
+from __future__ import annotations
+
+import json as json_format
+import shlex
+import sys
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import check_writable
+
+if TYPE_CHECKING:
+    from dressing_sim.benchmark.executors import Workers
+    from dressing_sim.benchmark.runner import Progress
+    from dressing_sim.benchmark.store import OpenRun
+
+
+def evaluate(
+    protocol: str = "paper",
+    suite: str | None = None,
+    policies: str | None = None,
+    variation: str | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    out: Path = Path("results/evaluate"),
+    resume: bool = False,
+    json: bool = False,
+) -> None:
+    """Measure how often policies dress an arm in a posture that they were not shown.
+
+    Demonstrations are recorded in the simulator, the policies learn from them, and each dresses
+    every test posture once. Each finished episode is on disk at once: a run that ended early, for
+    whatever reason, goes on with --resume. Writes episodes.jsonl, summary.json and report.md.
+
+    For example: dressing-sim evaluate
+
+    Or: dressing-sim evaluate --suite random:20 --policies expert,tp-gmm --workers 4
+
+    Or: dressing-sim evaluate --policies mypackage.policies:MyPolicy --out results/mine
+
+    Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
+
+    Args:
+        protocol: which policies learn from which demonstrations.
+        suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
+        policies: other policies than the protocol's, separated by commas: expert, default,
+            tp-gmm, the name of an installed one, or module:Class.
+        variation: factors drawn anew for each episode, separated by commas: friction, fabric,
+            garment, arm, grasp.
+        seed: of the operator's variability.
+        workers: processes, as many as processors unless given; the results do not depend on it.
+        scheduler: address of a Dask scheduler whose workers are used instead of processes here.
+        out: folder for the results; a finished run in it is replaced.
+        resume: continue the run in the folder, if there is one, with the same settings.
+        json: print the summary as JSON, and nothing else, to standard output.
+    """
+    from dressing_sim.benchmark.plan import make_plan
+    from dressing_sim.benchmark.progress import show_progress
+    from dressing_sim.benchmark.protocol import find_protocol
+    from dressing_sim.benchmark.store import open_run
+
+    chosen = find_protocol(protocol)
+    if policies is not None:
+        chosen = chosen.with_policies(_names(policies))
+    if variation is not None:
+        chosen = chosen.with_variation(_names(variation))
+    if suite is not None:
+        chosen = replace(chosen, suite=suite)
+    if workers is not None and scheduler is not None:
+        raise InvalidInputError("--workers and --scheduler exclude each other")
+    check_positive("workers", processors() if workers is None else workers)
+    check_seed(seed)
+    check_writable(out / "report.md")
+    plan = make_plan(chosen, seed)
+    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+    try:
+        with ExitStack() as stack:
+            crew = stack.enter_context(_workers(workers, scheduler))
+            folder = stack.enter_context(open_run(out, plan, resume))
+            progress = stack.enter_context(show_progress(Console(stderr=True)))
+            measure = _success if chosen.kind == "episodes" else _cost
+            summary, cells = measure(folder, crew, progress, command)
+    except KeyboardInterrupt:
+        again = command if "--resume" in sys.argv else f"{command} --resume"
+        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
+        raise SystemExit(130) from None
+    if json:
+        print(json_format.dumps(summary, indent=2))
+    else:
+        print_table(cells)
+        print(f"written to {out}/: report.md, summary.json")
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]
+
+
+def _workers(count: int | None, scheduler: str | None) -> Workers:
+    from dressing_sim.benchmark.executors import DaskWorkers, Processes
+
+    if scheduler is not None:
+        return DaskWorkers(scheduler)
+    return Processes(processors() if count is None else count)
+
+
+def _success(
+    folder: OpenRun, crew: Workers, progress: Progress, command: str
+) -> tuple[dict[str, Any], list[list[str]]]:
+    """Summary and table of a protocol that is made of episodes."""
+    from dressing_sim.benchmark.report import summarise, table, write_report
+    from dressing_sim.benchmark.runner import repeated_demonstrations, run_plan
+    from dressing_sim.settings import to_plain
+
+    plan = folder.plan
+    results = run_plan(folder, crew, progress)
+    settings = {
+        "seed": plan.seed,
+        "demonstration_sets": plan.protocol.demonstration_sets,
+        "repeated_demonstrations": repeated_demonstrations(folder),
+        "episode": to_plain(plan.config),
+    }
+    summary = summarise(plan.protocol, results, settings)
+    write_report(folder.path, plan.protocol, results, summary, command)
+    return summary, table(summary)
+
+
+def _cost(
+    folder: OpenRun, crew: Workers, progress: Progress, command: str
+) -> tuple[dict[str, Any], list[list[str]]]:
+    """Summary and table of what Algorithm 1 costs."""
+    from dressing_sim.benchmark.cost import run_paper_cost
+    from dressing_sim.benchmark.cost_report import cost_table, write_cost_report
+    from dressing_sim.benchmark.runner import record_demonstrations
+
+    shown = record_demonstrations(folder, crew, progress)
+    recorded = {name: demonstrations for (name, _), demonstrations in shown.items()}
+    summary = run_paper_cost(crew, recorded, folder.plan.seed, progress)
+    write_cost_report(folder.path, summary, command)
+    return summary, cost_table(summary)

@@ -1,0 +1,46 @@
+"""``dressing-sim learn``: a policy from demonstrations, in a file."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+
+import tyro
+
+from dressing_sim.errors import InvalidInputError
+
+
+def learn(
+    demonstrations: tyro.conf.Positional[Path],
+    policy: str = "default",
+    out: Path = Path("policy.npz"),
+    json: bool = False,
+) -> None:
+    """Learn a policy from recorded demonstrations and save it.
+
+    For example: dressing-sim learn case_a.h5 --out case_a.npz
+
+    Args:
+        demonstrations: file that ``dressing-sim demonstrate`` wrote.
+        policy: name of the policy.
+        out: file to write.
+        json: print what was learned as JSON.
+    """
+    from dressing_sim.benchmark.policies import make_policy
+    from dressing_sim.demonstration import load_demonstrations
+    from dressing_sim.learning.storage import Storable, save_model
+
+    fresh = make_policy(policy)
+    if not isinstance(fresh, Storable):
+        raise InvalidInputError(f"policy {policy!r} cannot be saved; valid is one with state()")
+    recorded = load_demonstrations(demonstrations)
+    fitted = fresh.fit(recorded)
+    save_model(fitted, out)
+    if json:
+        print(
+            json_format.dumps(
+                {"policy": policy, "n_demonstrations": len(recorded), "file": str(out)}
+            )
+        )
+    else:
+        print(f"{policy} learned from {len(recorded)} demonstrations, written to {out}")

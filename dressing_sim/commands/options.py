@@ -1,0 +1,79 @@
+"""What several commands share: checks of options, films, and how results are printed."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import check_writable
+
+if TYPE_CHECKING:
+    from dressing_sim.judge import Outcome
+    from dressing_sim.video import Film
+
+
+def check_positive(name: str, value: int) -> None:
+    """Raise InvalidInputError unless an option is 1 or more."""
+    if value < 1:
+        raise InvalidInputError(f"{name} is {value}, valid is 1 or more")
+
+
+def check_seed(value: int) -> None:
+    """Raise InvalidInputError unless a seed is 0 or more."""
+    if value < 0:
+        raise InvalidInputError(f"seed is {value}, valid is 0 or more")
+
+
+def new_film(video: Path | None, camera: str, fps: int, width: int, height: int) -> Film | None:
+    """A film to expose, or None if none is wanted, once it is known that it can be written.
+
+    Raises:
+        InvalidInputError: An option is not valid, or the file cannot be written.
+        DressingSimError: No OpenGL works here.
+    """
+    for option, number in (("fps", fps), ("width", width), ("height", height)):
+        check_positive(option, number)
+    if video is None:
+        return None
+    from dressing_sim.video import Film, check_format
+    from dressing_sim.world.rendering import CAMERAS, gl_backend
+
+    check_format(video)
+    check_writable(video)
+    if camera not in CAMERAS:
+        raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
+    gl_backend()  # without OpenGL, say so before simulating
+    return Film(fps)
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def print_table(cells: Sequence[Sequence[str]]) -> None:
+    """Print cells of text, the first row the heading."""
+    heading, *body = cells
+    grid = Table(*heading)
+    for line in body:
+        grid.add_row(*line)
+    Console(width=None if sys.stdout.isatty() else 120).print(grid)
+
+
+def print_outcome(name: str, outcome: Outcome) -> None:
+    """Print a verdict with its reasons and figures."""
+    print(f"{name}: {'success' if outcome.success else outcome.void or 'failure'}")
+    for failure in outcome.failures:
+        when = "" if failure.time is None else f" at {failure.time:.2f} s"
+        print(f"  {failure.reason}{when}: {failure.detail}")
+    for figure, value in outcome.figures.items():
+        print(f"  {figure:18} {value:.3f}")

@@ -1,0 +1,74 @@
+"""``dressing-sim replay``: an episode of a run again."""
+
+from __future__ import annotations
+
+import json as json_format
+import sys
+from pathlib import Path
+
+import tyro
+
+from dressing_sim.commands.options import new_film, print_outcome
+
+
+def replay(
+    folder: tyro.conf.Positional[Path],
+    episode: tyro.conf.Positional[int],
+    video: Path | None = None,
+    camera: str = "front",
+    fps: int = 25,
+    width: int = 640,
+    height: int = 480,
+    json: bool = False,
+) -> None:
+    """Run an episode of an evaluation again, and check that every bit is the same.
+
+    The policy learns again from the demonstrations in the folder. Exit code 1 if the outcome is not
+    the recorded one, as with other versions of the packages.
+
+    For example: dressing-sim replay results/evaluate 7 --video seven.mp4
+
+    Args:
+        folder: what ``dressing-sim evaluate`` left.
+        episode: its index in episodes.jsonl.
+        video: film to write: .mp4 or .gif.
+        camera: front, close or above.
+        fps: pictures a second.
+        width: of a picture, in pixels.
+        height: of a picture, in pixels.
+        json: print the outcome as JSON.
+    """
+    from dressing_sim.benchmark.differences import differences
+    from dressing_sim.benchmark.replay import replay_episode
+    from dressing_sim.benchmark.store import load_run
+    from dressing_sim.demonstration import versions
+
+    run = load_run(folder)
+    run.line(episode)  # an episode that is not there is reported before a film is prepared
+    film = new_film(video, camera, fps, width, height)
+    again = replay_episode(run, episode, None if film is None else film.expose)
+    if film is not None and video is not None:
+        film.write(video, again.posture, again.config.world, camera, width, height)
+    result, found = again.result, again.differences
+    if json:
+        values = {
+            "policy": result.entry.policy,
+            "demonstrations": result.entry.demonstrations,
+            "posture": result.posture.to_dict(),
+            **result.outcome.to_dict(),
+            "identical": not found,
+            "differences": found,
+        }
+        print(json_format.dumps(values, indent=2))
+    else:
+        learned = "" if result.entry.demonstrations is None else f" ({result.entry.demonstrations})"
+        print_outcome(f"{result.entry.policy}{learned}, {result.posture.name}", result.outcome)
+        if video is not None:
+            print(f"film written to {video}")
+        if not found:
+            print("identical to the recorded episode, to the bit")
+    if found:
+        reasons = [*differences(dict(run.versions), versions(), "then", "now"), *found]
+        told = "\n  ".join(reasons)
+        print(f"dressing-sim: not the recorded outcome:\n  {told}", file=sys.stderr)
+        raise SystemExit(1)
