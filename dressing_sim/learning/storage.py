@@ -68,11 +68,17 @@ def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:
 
 
 def _kinds() -> dict[str, type[Storable]]:
+    from dressing_sim.learning.augmented import AugmentedTPGMM
     from dressing_sim.learning.timed import TimeTPGMM
     from dressing_sim.learning.tpgmm import TPGMM
     from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
-    return {"tpgmm": TPGMM, "time-tpgmm": TimeTPGMM, "trajectory-tpgmm": TrajectoryTPGMM}
+    return {
+        "tpgmm": TPGMM,
+        "time-tpgmm": TimeTPGMM,
+        "trajectory-tpgmm": TrajectoryTPGMM,
+        "augmented-tpgmm": AugmentedTPGMM,
+    }
 
 
 def save_model(model: Storable, path: str | Path) -> Path:
