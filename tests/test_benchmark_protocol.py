@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from dressing_sim.benchmark.cost import POLICIES
+from dressing_sim.benchmark.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.protocol import (
     PROTOCOLS,
@@ -11,6 +13,7 @@ from dressing_sim.benchmark.protocol import (
 )
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.variation import FACTORS
 
 
 def joints(posture):
@@ -38,7 +41,32 @@ def test_only_the_expert_is_shown_nothing_and_no_row_is_there_twice(name):
 def test_the_paper_compares_the_expert_with_two_cases_and_seven_demonstrations():
     entries = find_protocol("paper").entries
     assert entries[0] == Entry(EXPERT)
+    assert {(e.policy, e.demonstrations) for e in entries[1:]} >= set(PAPER_TABLE)
     assert {e.demonstrations for e in entries[1:]} == {"case_a", "case_b", "baseline7"}
+
+
+def test_the_large_protocols_have_what_they_compare():
+    full, paper = find_protocol("full"), find_protocol("paper")
+    assert full.entries == paper.entries
+    assert len(load_suite(full.suite)) == 200
+    budget, robust = find_protocol("budget"), find_protocol("robust")
+    for policy in ("tp-gmm", "tp-gmm-rf"):
+        shown = [shown_postures(e.demonstrations) for e in budget.entries if e.policy == policy]
+        assert [len(postures) for postures in shown] == [2, 3, 4, 5, 6, 7]
+    rows = {(e.policy, e.demonstrations) for e in robust.entries}
+    variations = {(), *((factor,) for factor in FACTORS)}
+    assert {(e.policy, e.demonstrations, e.variation) for e in robust.entries} == {
+        (*row, variation) for row in rows for variation in variations
+    }
+    assert all(len(load_suite(p.suite)) >= 50 for p in (budget, robust))
+    assert {p.demonstration_sets for p in (full, budget, robust)} == {5}
+
+
+def test_the_cost_is_of_the_augmented_policies_on_both_cases():
+    cost = find_protocol("paper-cost")
+    assert cost.kind == "cost"
+    assert {e.demonstrations for e in cost.entries} == {"case_a", "case_b"}
+    assert {e.policy for e in cost.entries} == set(POLICIES)
 
 
 def test_other_policies_learn_from_every_set_of_demonstrations_under_every_variation():

@@ -2,10 +2,12 @@ import json
 import os
 import signal
 import sys
+from functools import partial
 
 import pytest
 from fake_benchmark import (
     dask_cluster,
+    fake_work,
     is_running,
     start,
     tries,
@@ -14,8 +16,9 @@ from fake_benchmark import (
 )
 
 from dressing_sim import demonstration as demonstrations
-from dressing_sim.benchmark import runner
+from dressing_sim.benchmark import cost, cost_report, runner
 from dressing_sim.benchmark.store import load_run
+from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.cli import main
 
 
@@ -27,7 +30,8 @@ def suite(tmp_path):
 @pytest.fixture
 def arguments(suite):
     """Four rows and six postures."""
-    return ["evaluate", "--suite", suite, "--policies", "expert,tp-gmm", "--seed", "2"]
+    policies = ["--policies", "expert,tp-gmm"]
+    return ["evaluate", "--suite", suite, *policies, "--seed", "2", "--no-pictures"]
 
 
 def play(folder, arguments, out, *more):
@@ -171,6 +175,9 @@ def test_a_dask_cluster_gives_the_same_bytes(tmp_path, arguments):
         (["--workers", "1", "--scheduler", "tcp://127.0.0.1:9"], "exclude each other"),
         (["--scheduler", "nonsense://"], "nonsense"),
         (["--protocol", "nothing"], "unknown protocol 'nothing'; valid is one of paper"),
+        (["--protocol", "paper-cost", "--suite", "paper5"], "do not apply"),
+        (["--protocol", "paper-cost", "--policies", "expert"], "do not apply"),
+        (["--variation", "friction,colour"], "unknown factor 'colour'; valid is friction"),
         (["--suite", "nowhere"], "unknown suite 'nowhere'; valid is one of"),
         (["--policies", "nobody"], "unknown policy 'nobody'; valid is one of"),
         (["--policies", "json:JSONDecodeError"], "'json:JSONDecodeError'"),
@@ -222,3 +229,26 @@ def test_evaluate_writes_its_files_and_prints_the_summary(capsys, tmp_path, post
     assert json.loads(line)["versions"] == demonstrations.versions()
     assert "dressing-sim evaluate --seed 2" in (tmp_path / "a/b/report.md").read_text()
     assert "episodes: 1 of 1" in output.err
+
+
+def test_the_cost_protocol_records_both_cases_and_writes_its_report(capsys, tmp_path, monkeypatch):
+    asked = {}
+
+    def run_paper_cost(executor, recorded, seed, progress):
+        asked.update({name: [d.posture.name for d in shown] for name, shown in recorded.items()})
+        assert executor.submit(abs, -seed).result() == seed
+        return {"rows": [], "config": {"seed": seed}}
+
+    work = fake_work(tmp_path)
+    monkeypatch.setattr(
+        runner, "record_demonstrations", partial(runner.record_demonstrations, work=work)
+    )
+    monkeypatch.setattr(cost, "run_paper_cost", run_paper_cost)
+    monkeypatch.setattr(cost_report, "write_cost_report", lambda *given: asked.update(given=given))
+    out = tmp_path / "out"
+    main(["evaluate", "--protocol", "paper-cost", "--out", str(out), "--seed", "2", "--json"])
+    assert json.loads(capsys.readouterr().out) == {"rows": [], "config": {"seed": 2}}
+    assert asked.pop("given")[:2] == (out, {"rows": [], "config": {"seed": 2}})
+    assert asked == {
+        name: [posture.name for posture in load_suite(name)] for name in ("case_a", "case_b")
+    }

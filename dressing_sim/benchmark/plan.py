@@ -17,6 +17,7 @@ from dressing_sim.demonstration import versions
 from dressing_sim.episode import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.settings import from_plain, to_plain
+from dressing_sim.variation import check_factors, vary
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +42,6 @@ class Job:
 
     def situation(self, config: EpisodeConfig) -> tuple[Posture, EpisodeConfig, Mapping[str, Any]]:
         """Posture and settings with this episode's variation, and what was drawn by factor."""
-        if not self.entry.variation:
-            return self.posture, config, {}
-        from dressing_sim.variation import vary
-
         rng = np.random.default_rng(self.variation_seed)
         varied = vary(self.posture, config, self.entry.variation, rng)
         return varied.posture, varied.config, varied.drawn
@@ -73,7 +70,7 @@ class Plan:
     def jobs(self) -> list[Job]:
         """All episodes in their order.
 
-        Rows are paired: an episode's seeds depend on its posture and factors, not on its policy.
+        Rows are paired: an episode's seeds depend on its posture, not on its row.
         """
         return [
             Job(
@@ -82,7 +79,7 @@ class Plan:
                 posture=posture,
                 demonstration_set=column % self.protocol.demonstration_sets,
                 seed=posture_seed(self.seed, posture),
-                variation_seed=variation_seed(self.seed, posture, entry.variation),
+                variation_seed=variation_seed(self.seed, posture),
             )
             for row, entry in enumerate(self.protocol.entries)
             for column, posture in enumerate(self.tested)
@@ -137,6 +134,7 @@ def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = 
     if not protocol.entries:
         raise InvalidInputError(f"protocol {protocol.name!r} has no rows; valid is one or more")
     for entry in protocol.entries:
+        check_factors(entry.variation)
         if entry.policy != EXPERT:
             make_policy(entry.policy)
             if entry.demonstrations is None:
@@ -145,16 +143,13 @@ def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = 
                     "from; valid is a suite of demonstrations"
                 )
     shown = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
-    plan = Plan(
+    return Plan(
         protocol,
         seed,
         config or EpisodeConfig(),
         tuple(load_suite(protocol.suite)),
         {name: tuple(shown_postures(name)) for name in shown},
     )
-    for job in plan.jobs[:: len(plan.tested)]:
-        job.situation(plan.config)  # an unknown factor is reported now
-    return plan
 
 
 def _derived(text: str) -> int:
@@ -181,6 +176,6 @@ def fitting_seed(seed: int, entry: Entry, demonstration_set: int) -> int:
     return _derived(f"{seed}/fit/{demonstration_set}/{entry.demonstrations} {entry.policy}")
 
 
-def variation_seed(seed: int, posture: Posture, factors: tuple[str, ...]) -> int:
+def variation_seed(seed: int, posture: Posture) -> int:
     """Seed of what is drawn anew for an episode; the same for every policy."""
-    return _derived(f"{seed}/variation/{','.join(factors)} {posture.name}")
+    return _derived(f"{seed}/variation {posture.name}")

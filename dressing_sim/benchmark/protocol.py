@@ -11,6 +11,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.variation import FACTORS
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,16 +96,46 @@ def shown_postures(name: str) -> list[Posture]:
     return postures[:count]
 
 
+_CASES = ("case_a", "case_b")
+_AUGMENTED = ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+
+#: The paper's rows, and the operator.
+_PAPER = (
+    Entry(EXPERT),
+    *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", *_AUGMENTED)),
+    Entry("tp-gmm", "baseline7"),
+)
+
+#: With and without augmentation, from two to seven demonstrations.
+_BUDGET = tuple(
+    Entry(policy, f"baseline7:{n}") for policy in ("tp-gmm", "tp-gmm-rf") for n in range(2, 8)
+)
+
+#: In the nominal world, and with one factor after the other drawn anew.
+_ROBUST = tuple(
+    Entry(policy, shown, variation)
+    for policy, shown in (
+        (EXPERT, None),
+        ("tp-gmm", "case_a"),
+        ("tp-gmm-rf", "case_a"),
+        ("tp-gmm", "baseline7"),
+    )
+    for variation in ((), *((factor,) for factor in FACTORS))
+)
+
 PROTOCOLS: Mapping[str, Protocol] = {
-    "paper": Protocol(
-        "paper",
-        "paper5",
-        (
-            Entry(EXPERT),
-            Entry("tp-gmm", "case_a"),
-            Entry("tp-gmm", "case_b"),
-            Entry("tp-gmm", "baseline7"),
+    protocol.name: protocol
+    for protocol in (
+        Protocol("paper", "paper5", _PAPER),
+        Protocol(
+            "paper-cost",
+            "paper5",
+            tuple(Entry(policy, case) for case in _CASES for policy in _AUGMENTED),
+            kind="cost",
         ),
+        Protocol("full", "test200", _PAPER, demonstration_sets=5),
+        Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
+        Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
     )
 }
 

@@ -32,13 +32,15 @@ def evaluate(
     scheduler: str | None = None,
     out: Path = Path("results/evaluate"),
     resume: bool = False,
+    pictures: bool = True,
     json: bool = False,
 ) -> None:
     """Measure how often policies dress an arm in a posture that they were not shown.
 
     Demonstrations are recorded in the simulator, the policies learn from them, and each dresses
     every test posture once. Each finished episode is on disk at once: a run that ended early, for
-    whatever reason, goes on with --resume. Writes episodes.jsonl, summary.json and report.md.
+    whatever reason, goes on with --resume. Writes episodes.jsonl, summary.json, report.md and
+    report.html.
 
     For example: dressing-sim evaluate
 
@@ -49,7 +51,8 @@ def evaluate(
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
-        protocol: which policies learn from which demonstrations.
+        protocol: which policies learn from which demonstrations: paper, full, budget, robust; or
+            paper-cost, what the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class.
@@ -60,6 +63,7 @@ def evaluate(
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same settings.
+        pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.plan import make_plan
@@ -68,6 +72,10 @@ def evaluate(
     from dressing_sim.benchmark.store import open_run
 
     chosen = find_protocol(protocol)
+    if chosen.kind == "cost" and (suite, policies, variation) != (None, None, None):
+        raise InvalidInputError(
+            f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
+        )
     if policies is not None:
         chosen = chosen.with_policies(_names(policies))
     if variation is not None:
@@ -86,8 +94,10 @@ def evaluate(
             crew = stack.enter_context(_workers(workers, scheduler))
             folder = stack.enter_context(open_run(out, plan, resume))
             progress = stack.enter_context(show_progress(Console(stderr=True)))
-            measure = _success if chosen.kind == "episodes" else _cost
-            summary, cells = measure(folder, crew, progress, command)
+            if chosen.kind == "cost":
+                summary, cells = _cost(folder, crew, progress, command)
+            else:
+                summary, cells = _success(folder, crew, progress, command, pictures)
     except KeyboardInterrupt:
         again = command if "--resume" in sys.argv else f"{command} --resume"
         print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
@@ -96,7 +106,7 @@ def evaluate(
         print(json_format.dumps(summary, indent=2))
     else:
         print_table(cells)
-        print(f"written to {out}/: report.md, summary.json")
+        print(f"written to {out}/: report.md, report.html, summary.json")
 
 
 def _names(text: str) -> list[str]:
@@ -112,10 +122,11 @@ def _workers(count: int | None, scheduler: str | None) -> Workers:
 
 
 def _success(
-    folder: OpenRun, crew: Workers, progress: Progress, command: str
+    folder: OpenRun, crew: Workers, progress: Progress, command: str, pictures: bool
 ) -> tuple[dict[str, Any], list[list[str]]]:
     """Summary and table of a protocol that is made of episodes."""
     from dressing_sim.benchmark.report import summarise, table, write_report
+    from dressing_sim.benchmark.report.pictures import FailurePictures
     from dressing_sim.benchmark.runner import repeated_demonstrations, run_plan
     from dressing_sim.settings import to_plain
 
@@ -123,12 +134,12 @@ def _success(
     results = run_plan(folder, crew, progress)
     settings = {
         "seed": plan.seed,
-        "demonstration_sets": plan.protocol.demonstration_sets,
         "repeated_demonstrations": repeated_demonstrations(folder),
         "episode": to_plain(plan.config),
     }
     summary = summarise(plan.protocol, results, settings)
-    write_report(folder.path, plan.protocol, results, summary, command)
+    picture = FailurePictures(folder) if pictures else None
+    write_report(folder.path, plan.protocol, results, summary, command, picture)
     return summary, table(summary)
 
 
