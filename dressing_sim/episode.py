@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +19,12 @@ from dressing_sim.control import (
 )
 from dressing_sim.demonstration import Demonstration
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.judge import Failure, Outcome, Thresholds, Trace, judge
+from dressing_sim.judge import Failure, Outcome, ProtectiveStop, Thresholds, judge
 from dressing_sim.learning import Policy
 from dressing_sim.meter import Meter
 from dressing_sim.operator import Operator
 from dressing_sim.settings import from_plain, to_plain
+from dressing_sim.trace import Trace
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 
@@ -47,6 +49,9 @@ class EpisodeConfig:
     """The robot stays at its path's end for so long before the verdict [s]."""
     time_limit: float = 30.0
     """The robot stops when it has moved for so long [s]."""
+    protective_stop: bool = True
+    """The simulation ends with the robot's protective stop. Without, it goes on, so that its
+    trace can be judged with other thresholds; the outcome is the same."""
 
     def __post_init__(self) -> None:
         ratio = self.tracking.dt / self.world.solver.timestep
@@ -57,8 +62,11 @@ class EpisodeConfig:
             )
         if not self.hold >= 0.0:
             raise InvalidInputError(f"episode: hold is {self.hold} s, valid is >= 0")
-        if not self.time_limit > 0.0:
-            raise InvalidInputError(f"episode: time_limit is {self.time_limit} s, valid is > 0")
+        if not self.time_limit >= self.tracking.dt:
+            raise InvalidInputError(
+                f"episode: time_limit is {self.time_limit} s, valid is at least the control step "
+                f"of {self.tracking.dt} s"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +78,14 @@ class Recording:
         trace: The measurements, or None if the robot never moved.
         trajectory: The joint commands, or None if there were none.
         positions: The gripper at the start and after each command, shape (n, 3) [m].
+        finished: Whether the commands end before the time limit.
     """
 
     outcome: Outcome
     trace: Trace | None
     trajectory: JointTrajectory | None
     positions: NDArray[np.float64]
+    finished: bool = False
 
 
 class Episode:
@@ -133,11 +143,18 @@ class Episode:
         beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
         if beyond > 0.0:
             return self._unreachable(beyond)
+        config = self.config.tracking
         trajectory = track_path(
-            path, path_dt, self.world.arm_configuration, self.kinematics, self.config.tracking
+            path,
+            path_dt,
+            self.world.arm_configuration,
+            self.kinematics,
+            config,
+            # One step more, which says that the path was longer.
+            max_duration=self.config.time_limit + 2.0 * config.dt,
         )
         error = max(self.start_error, trajectory.max_error)
-        if error > self.config.tracking.max_error:
+        if error > config.max_error:
             return self._unreachable(error)
         return self.play(trajectory, observer)
 
@@ -153,29 +170,37 @@ class Episode:
         n_limit = round(config.time_limit / dt)
         held = np.repeat(trajectory.positions[-1:], n_hold, axis=0)
         commands = np.vstack([trajectory.positions, held])[: n_limit + 1]
+        finished = len(trajectory.positions) + n_hold <= n_limit + 1
         meter = Meter(self.world, config.thresholds.strain_percentile)
+        watch, stopped = ProtectiveStop(config.thresholds, dt), False
         positions = [self.start]
+        velocity = np.zeros_like(commands[0])
         for row in range(1, len(commands)):
             before, after = commands[row - 1], commands[row]
-            velocity = (after - before) / dt
-            pulls = []
+            earlier, velocity = velocity, (after - before) / dt
             for step in range(1, self._substeps + 1):
-                self.world.command(before + (after - before) * (step / self._substeps), velocity)
+                share = step / self._substeps
+                self.world.command(
+                    before + share * (after - before), earlier + share * (velocity - earlier)
+                )
                 self.world.step()
-                pulls.append(self.world.grip_force)
+                meter.feel()
             void = self.world.void_reason
-            if void is not None:
+            if void is not None and not stopped:
                 outcome = Outcome(False, void=void)
-                return Recording(outcome, None, trajectory, np.array(positions))
+                return Recording(outcome, None, trajectory, np.array(positions), finished)
+            if void is not None:
+                break
             target = trajectory.targets[min(row, len(trajectory.targets) - 1)]
-            meter.read(target, np.mean(pulls, axis=0))
+            stopped = bool(watch.see(meter.read(target))) or stopped
             positions.append(self.world.tcp_position)
             if observer is not None:
                 observer(self.world)
+            if stopped and config.protective_stop:
+                break
         trace = meter.trace(dt)
-        finished = len(trajectory.positions) + n_hold <= n_limit + 1
         outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
-        return Recording(outcome, trace, trajectory, np.array(positions))
+        return Recording(outcome, trace, trajectory, np.array(positions), finished)
 
 
 def checked_path(path: object, name: str) -> NDArray[np.float64]:
@@ -234,18 +259,29 @@ def record(
         return episode.follow(path, source.config.dt, observer)
     if isinstance(source, np.ndarray):
         return episode.follow(checked_path(source, "the path"), DEFAULT_PATH_DT, observer)
+    if not callable(getattr(source, "generate", None)):
+        raise InvalidInputError(
+            f"cannot dress with {source!r:.60}; valid is a policy, an Operator or a path, an array "
+            "(T, 3) of numpy"
+        )
     name = f"policy {type(source).__name__}"
+    path_dt = _path_dt(source, name, episode.config.time_limit)
     path = checked_path(source.generate(posture.frames(), episode.start), name)
-    return episode.follow(path, _path_dt(source, name), observer)
+    return episode.follow(path, path_dt, observer)
 
 
-def _path_dt(policy: Policy, name: str) -> float:
-    """Seconds between the points of a policy's path."""
+def _path_dt(policy: Policy, name: str, longest: float) -> float:
+    """Seconds between the points of a policy's path, at most `longest`."""
     dt = getattr(policy, "dt", None)
     if dt is None:
         return DEFAULT_PATH_DT
-    if not (isinstance(dt, (int, float)) and np.isfinite(dt) and dt > 0.0):
-        raise InvalidInputError(f"{name}: its attribute dt is {dt!r}, valid is seconds above zero")
+    # A bool is a number to Python; a NaN is not between anything.
+    is_number = isinstance(dt, Real) and not isinstance(dt, bool)
+    if not (is_number and 0.0 < float(dt) <= longest):
+        raise InvalidInputError(
+            f"{name}: its attribute dt is {dt!r}, valid is seconds above zero, up to the episode's "
+            f"time limit of {longest:g} s"
+        )
     return float(dt)
 
 

@@ -4,16 +4,21 @@ Success, after Zhu, Gienger, Kober (2022), Section V: the gripper reaches above 
 shoulder, does not hit the mannequin and does not stretch the cloth. Each condition is made
 measurable below; each threshold is one field of `Thresholds`. Everything that went wrong is
 reported, each reason with when and where it first occurred.
+
+The robot has a protective stop: once a limit is passed it stops, and the verdict is on what
+happened until then. What a robot would have torn its way through does not count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from dressing_sim.trace import Limited, Trace, region
 
 #: Every reason an episode can fail for, in the order in which tables list them.
 REASONS = (
@@ -23,17 +28,9 @@ REASONS = (
     "stuck",
     "ring_off",
     "hit",
+    "grasp_lost",
     "over_strain",
     "over_force",
-)
-
-#: Names of the parts of the arm by the arm coordinate at which they begin.
-_REGIONS = (
-    (-np.inf, "hand"),
-    (0.0, "forearm"),
-    (0.75, "elbow"),
-    (1.35, "upper arm"),
-    (1.85, "shoulder"),
 )
 
 
@@ -64,44 +61,6 @@ class Thresholds:
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
-    """What was measured in an episode, one row each control step.
-
-    Attributes:
-        dt: Time between two rows [s].
-        links: Names of the mannequin's links, n_links.
-        tcp: Gripper, shape (n, 3), in the robot's base frame [m].
-        armscye_s: Arm coordinate of the armscye's centre, shape (n,).
-        wound: Whether every ring of the sleeve winds once round the arm, shape (n,).
-        strain: Strain at the percentile judged, shape (n,).
-        strain_max: Strain of the most strained triangle, shape (n,).
-        grip_force: Pull of the gripper on the cloth, shape (n,) [N].
-        link_force: Net force of the cloth on each link, shape (n, n_links) [N].
-        hit: Whether the robot touches each link, shape (n, n_links).
-        hit_force: Net force of the robot on each link, shape (n, n_links) [N].
-        tracking_error: Distance between gripper and target, shape (n,) [m].
-        torque: Servo torques, shape (n, 7) [N m].
-    """
-
-    dt: float
-    links: tuple[str, ...]
-    tcp: NDArray[np.float64]
-    armscye_s: NDArray[np.float64]
-    wound: NDArray[np.bool_]
-    strain: NDArray[np.float64]
-    strain_max: NDArray[np.float64]
-    grip_force: NDArray[np.float64]
-    link_force: NDArray[np.float64]
-    hit: NDArray[np.bool_]
-    hit_force: NDArray[np.float64]
-    tracking_error: NDArray[np.float64]
-    torque: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        return len(self.tcp)
-
-
-@dataclass(frozen=True, slots=True)
 class Failure:
     """One thing that went wrong.
 
@@ -110,12 +69,14 @@ class Failure:
         detail: What exactly, in words.
         time: When it first occurred, since the robot began to move [s]; None if not in time.
         s: Arm coordinate of the armscye's centre at that moment; None if not known.
+        where: The part of the arm or of the mannequin that it is about, or None.
     """
 
     reason: str
     detail: str
     time: float | None = None
     s: float | None = None
+    where: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,25 +107,62 @@ class Outcome:
             "success": self.success,
             "void": self.void,
             "failures": [
-                {"reason": f.reason, "detail": f.detail, "time": f.time, "s": f.s}
+                {"reason": f.reason, "detail": f.detail, "time": f.time, "s": f.s, "where": f.where}
                 for f in self.failures
             ],
             "figures": dict(self.figures),
         }
 
 
-def region(s: float) -> str:
-    """Part of the arm at an arm coordinate."""
-    return [name for start, name in _REGIONS if s >= start][-1]
+class ProtectiveStop:
+    """Watches a dressing row by row and says when the robot has to stop.
+
+    Strain and force must have exceeded their thresholds for longer than a moment in one go; a
+    robot that touches the mannequin and a cloth that has slipped from the fingers are reason
+    enough at once.
+
+    Args:
+        rules: The limits.
+        dt: Time between two rows [s].
+    """
+
+    def __init__(self, rules: Thresholds, dt: float) -> None:
+        self._rules = rules
+        self._moment = round(rules.moment / dt)
+        self._runs = [0, 0, 0]
+
+    def see(self, now: Limited) -> dict[str, int]:
+        """Look at the next row.
+
+        Returns:
+            The reasons for which the robot has to stop now, none while it may go on, each with
+            the number of rows for which it has been so.
+        """
+        rules = self._rules
+        reasons = {}
+        if now.hit:
+            reasons["hit"] = 1
+        if not now.holding:
+            reasons["grasp_lost"] = 1
+        limits = (
+            ("over_strain", now.strain > rules.strain),
+            ("over_force", now.grip_force > rules.grip_force),
+            ("over_force", now.link_force.max() > rules.link_force),
+        )
+        for i, (reason, exceeded) in enumerate(limits):
+            self._runs[i] = self._runs[i] + 1 if exceeded else 0
+            if self._runs[i] > self._moment:
+                reasons[reason] = max(reasons.get(reason, 0), self._runs[i])
+        return reasons
 
 
-def first_excess(values: NDArray[np.float64], limit: float, rows: int) -> int | None:
-    """Row at which values have exceeded a limit for more than `rows` rows in one go, or None."""
-    run = 0
-    for row, above in enumerate(values > limit):
-        run = run + 1 if above else 0
-        if run > rows:
-            return row - rows
+def stopped(trace: Trace, rules: Thresholds) -> tuple[int, dict[str, int]] | None:
+    """The row at which the robot has to stop and `ProtectiveStop`'s reasons, or None."""
+    watch = ProtectiveStop(rules, trace.dt)
+    for row, now in enumerate(trace.limited()):
+        reasons = watch.see(now)
+        if reasons:
+            return row, reasons
     return None
 
 
@@ -177,88 +175,122 @@ def judge(
     """Judge a simulated episode.
 
     Args:
-        trace: What was measured.
+        trace: What was measured. What comes after the protective stop is not looked at.
         shoulder: Shoulder joint (3,), in the robot's base frame [m].
-        finished: Whether the robot came to the end of its path before the time limit.
+        finished: Whether the robot came to the end of its path before the time limit; of no
+            account after a protective stop.
         thresholds: The rules.
 
     Returns:
         The outcome, with all reasons.
     """
     rules = thresholds or Thresholds()
-    failures: list[Failure] = []
-
-    def add(reason: str, detail: str, row: int) -> None:
-        failures.append(Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row])))
-
-    last = len(trace) - 1
-    held = slice(max(0, len(trace) - round(rules.hold_time / trace.dt)), None)
-    gripper = np.linalg.norm(trace.tcp - shoulder, axis=1)
-    above = trace.tcp[:, 2] > shoulder[2]
-    if not finished:
-        add("timeout", "the time limit came before the path's end", last)
-    if not (np.all(gripper[held] <= rules.gripper_distance) and np.all(above[held])):
-        side = "" if above[last] else ", below it"
-        add(
-            "stopped_short",
-            f"the gripper ended {gripper[last]:.3f} m from the shoulder{side}",
-            last,
-        )
-    elif not np.all(trace.armscye_s[held] >= rules.armscye_s):
-        s = float(trace.armscye_s[last])
-        add("stuck", f"the armscye stayed at the {region(s)}, s = {s:.2f}", last)
-    if not np.all(trace.wound[held]):
-        row = _start_of_last_run(~trace.wound)
-        s = float(trace.armscye_s[row])
-        add("ring_off", f"the sleeve came off the arm at the {region(s)}", row)
-    if trace.hit.any():
-        row = int(np.argmax(trace.hit.any(axis=1)))
-        touched = [trace.links[i] for i in np.flatnonzero(trace.hit.any(axis=0))]
-        add("hit", f"the robot touched {', '.join(touched)}", row)
-    moment = round(rules.moment / trace.dt)
-    row_strain = first_excess(trace.strain, rules.strain, moment)
-    if row_strain is not None:
-        where = region(float(trace.armscye_s[row_strain]))
-        add("over_strain", f"the cloth was stretched too far at the {where}", row_strain)
-    links = trace.link_force.max(axis=1)
-    row_force = _earliest(
-        first_excess(trace.grip_force, rules.grip_force, moment),
-        first_excess(links, rules.link_force, moment),
-    )
-    if row_force is not None:
-        where = region(float(trace.armscye_s[row_force]))
-        add("over_force", f"the cloth was pulled too hard at the {where}", row_force)
+    stop = stopped(trace, rules)
+    if stop is None:
+        failures = list(_at_the_end(trace, shoulder, finished, rules))
+    else:
+        trace = trace[: stop[0] + 1]
+        failures = list(_at_the_stop(trace, stop[1], rules))
     return Outcome(
         success=not failures,
         failures=tuple(sorted(failures, key=lambda f: REASONS.index(f.reason))),
-        figures=_figures(trace, gripper),
+        figures=trace.figures(shoulder),
     )
 
 
-def _figures(trace: Trace, gripper: NDArray[np.float64]) -> dict[str, float]:
-    return {
-        "duration": len(trace) * trace.dt,
-        "armscye_s": float(trace.armscye_s[-1]),
-        "gripper_distance": float(gripper[-1]),
-        "strain": float(trace.strain.max()),
-        "strain_max": float(trace.strain_max.max()),
-        "grip_force": float(trace.grip_force.max()),
-        "link_force": float(trace.link_force.max()),
-        "hit_force": float(trace.hit_force.max()),
-        "tracking_error": float(trace.tracking_error.max()),
-        "torque": float(np.abs(trace.torque).max()),
-    }
+def _at_the_end(
+    trace: Trace, shoulder: NDArray[np.float64], finished: bool, rules: Thresholds
+) -> Iterator[Failure]:
+    """What is wrong with an episode in which no limit was passed."""
+    last = len(trace) - 1
+    held = _held(trace, rules)
+    gripper = np.linalg.norm(trace.tcp - shoulder, axis=1)
+    above = trace.tcp[:, 2] > shoulder[2]
+    if not finished:
+        yield _failure(trace, last, "timeout", "the time limit came before the path's end")
+    if not (np.all(gripper[held] <= rules.gripper_distance) and np.all(above[held])):
+        side = "" if above[last] else ", below it"
+        detail = f"the gripper ended {gripper[last]:.3f} m from the shoulder{side}"
+        yield _failure(trace, last, "stopped_short", detail)
+    elif not np.all(trace.armscye_s[held] >= rules.armscye_s):
+        yield _stuck(trace)
+    if not np.all(trace.wound[held]):
+        yield _ring_off(trace)
 
 
-def _earliest(*rows: int | None) -> int | None:
-    return min((row for row in rows if row is not None), default=None)
+def _at_the_stop(trace: Trace, reasons: Mapping[str, int], rules: Thresholds) -> Iterator[Failure]:
+    """What went wrong until the robot stopped, in the trace's last row."""
+    last = len(trace) - 1
+    caught = "over_strain" in reasons or "over_force" in reasons
+    if caught and trace.armscye_s[last] < rules.armscye_s:
+        yield _stuck(trace)
+    held = _held(trace, rules)
+    # At first a sleeve hangs from the fingertips, so it must have been on to have come off.
+    if trace.wound[: held.start].any() and not trace.wound[held].any():
+        yield _ring_off(trace)
+    for reason, rows in reasons.items():
+        begin = len(trace) - rows
+        where = region(float(trace.armscye_s[begin]))
+        if reason == "hit":
+            yield _hit(trace)
+        elif reason == "grasp_lost":
+            detail = f"the cloth slipped from the fingers at {trace.grip_force[last]:.1f} N"
+            yield _failure(trace, last, reason, detail, where)
+        elif reason == "over_strain":
+            detail = f"the cloth was stretched too far at the {where}"
+            yield _failure(trace, begin, reason, detail, where)
+        else:
+            detail = f"the cloth was pulled too hard at the {where}"
+            yield _failure(trace, begin, reason, detail, where)
 
 
-def _start_of_last_run(flags: NDArray[np.bool_]) -> int:
-    """First row of the last uninterrupted run of true flags."""
-    last = int(np.flatnonzero(flags)[-1])
-    earlier = np.flatnonzero(~flags[:last])
-    return int(earlier[-1]) + 1 if len(earlier) else 0
+def _failure(trace: Trace, row: int, reason: str, detail: str, where: str | None = None) -> Failure:
+    return Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row]), where)
+
+
+def _held(trace: Trace, rules: Thresholds) -> slice:
+    """The rows at the end of a trace in which the sleeve must be on."""
+    return slice(max(0, len(trace) - round(rules.hold_time / trace.dt)), None)
+
+
+def _stuck(trace: Trace) -> Failure:
+    """A sleeve that has not arrived in the last row, and the part of the arm that holds it.
+
+    Cloth slides along the straight parts of an arm; what holds a sleeve that lies across the elbow
+    is the elbow, whichever side of it presses harder. Elsewhere the armscye says where it is.
+    """
+    last = len(trace) - 1
+    armscye, hem = float(trace.armscye_s[last]), float(trace.hem_s[last])
+    where = "elbow" if hem < 1.0 < armscye else region(armscye)
+    pressed = int(np.argmax(trace.link_normal_force[last]))
+    link = trace.links[pressed].replace("_", " ")
+    detail = (
+        f"the sleeve was caught at the {where}: it lies from s = {hem:.2f} to {armscye:.2f} and "
+        f"presses the {link} with {trace.link_normal_force[last, pressed]:.1f} N"
+    )
+    return _failure(trace, last, "stuck", detail, where)
+
+
+def _ring_off(trace: Trace) -> Failure:
+    """A sleeve that is off the arm at the end, dated to when it came off for good."""
+    off = np.flatnonzero(~trace.wound)
+    before = np.flatnonzero(trace.wound[: off[-1]])
+    row = int(before[-1]) + 1 if len(before) else 0
+    where = region(float(trace.armscye_s[row]))
+    return _failure(trace, row, "ring_off", f"the sleeve came off the arm at the {where}", where)
+
+
+def _hit(trace: Trace) -> Failure:
+    """A robot that touches the mannequin in the last row, hardest first."""
+    last = len(trace) - 1
+    hit_by = trace.hit_by[last]
+    hits = [i for i in np.argsort(-trace.hit_force[last], kind="stable") if hit_by[i] >= 0]
+    links = [trace.links[i].replace("_", " ") for i in hits]
+    told = [
+        f"{trace.robot_links[hit_by[i]]} touched the {link} with {trace.hit_force[last, i]:.1f} N"
+        for i, link in zip(hits, links, strict=True)
+    ]
+    return _failure(trace, last, "hit", " and ".join(told), links[0])
 
 
 def count_reasons(outcomes: Sequence[Outcome]) -> dict[str, int]:

@@ -62,6 +62,8 @@ def good(**changes):
         "joint_velocity": np.zeros((ROWS, 7)),
         "torque": np.full((ROWS, 7), 3.0),
         "armscye_s": np.full(ROWS, 1.99),
+        "hem_s": np.full(ROWS, 1.2),
+        "line_triangle_on": np.ones(ROWS, dtype=bool),
         "wound": np.ones(ROWS, dtype=bool),
         "dressed_ratio": np.ones((ROWS, 2)),
         "line_triangle_ratio": np.ones((ROWS, 2)),

@@ -8,7 +8,7 @@ from dressing_sim.control import TrackingConfig
 from dressing_sim.demonstration import Demonstration
 from dressing_sim.episode import Episode, EpisodeConfig, checked_path, dress, record, replay
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.judge import region
+from dressing_sim.judge import Thresholds, judge
 from dressing_sim.operator import OperatorConfig
 from dressing_sim.settings import to_plain
 from dressing_sim.world.panda import joint_limits
@@ -85,12 +85,18 @@ def test_a_policy_that_returns_no_path_is_named(posture, path):
         dress(Told(path), posture)
 
 
+@pytest.mark.parametrize("source", [[[0.4, 0.0, 0.4], [0.4, 0.1, 0.4]], None, "expert"])
+def test_what_is_neither_path_nor_policy_is_an_error(posture, source):
+    with pytest.raises(InvalidInputError, match=r"cannot dress with .*valid is a policy"):
+        dress(source, posture)
+
+
 def test_an_array_that_is_no_path_is_an_error(posture):
     with pytest.raises(InvalidInputError, match=r"the path: .*\(5, 2\).*valid is \(T, 3\)"):
         dress(np.zeros((5, 2)), posture)
 
 
-@pytest.mark.parametrize("dt", [float("nan"), float("inf"), -0.05, "slow"])
+@pytest.mark.parametrize("dt", [float("nan"), float("inf"), -0.05, 0, 1000.0, "slow", True])
 def test_a_policy_whose_time_step_is_none_is_named(posture, dt):
     with pytest.raises(InvalidInputError, match=r"policy Told.*dt"):
         dress(Told(short_path(posture), dt=dt), posture, config=BRIEF)
@@ -105,13 +111,46 @@ def test_a_policy_sees_the_frames_and_the_gripper_and_nothing_else(posture):
 
 
 def test_a_policy_may_say_how_fast_its_path_is(posture):
+    config = EpisodeConfig(hold=0.0, time_limit=2.0)
+
     def duration(**attributes):
-        trajectory = record(Told(short_path(posture), **attributes), posture, 0, BRIEF).trajectory
+        trajectory = record(Told(short_path(posture), **attributes), posture, 0, config).trajectory
         return len(trajectory.positions) * trajectory.dt
 
     # Twenty points, and the way from the gripper to the first.
-    assert duration(dt=0.2) - duration(dt=0.1) == pytest.approx(20 * 0.1, abs=0.05)
-    assert duration() == duration(dt=None) < duration(dt=0.1)
+    assert duration(dt=0.06) - duration(dt=0.04) == pytest.approx(20 * 0.02, abs=0.05)
+    assert duration(dt=0.04) < duration() == duration(dt=None) < duration(dt=0.06)
+
+
+@pytest.mark.parametrize("dt", [np.float32(0.04), np.float64(0.04), np.int64(1), 1])
+def test_numbers_of_numpy_are_numbers(posture, dt):
+    config = replace(BRIEF, time_limit=1.0)
+    path = short_path(posture)[:2]
+    assert record(Told(path, dt=dt), posture, 0, config).outcome.reasons[-1] != "ik_unreachable"
+
+
+@pytest.mark.parametrize("dt", [0.19, 0.2])
+def test_no_more_of_a_path_is_tracked_than_there_is_time_for(posture, dt):
+    """A path may be hours long."""
+    path = np.vstack([short_path(posture)] * 5000)
+    recording = record(Told(path, dt=dt), posture, 0, BRIEF)
+    assert "timeout" in recording.outcome.reasons
+    assert not recording.finished
+    duration = len(recording.trajectory.positions) * recording.trajectory.dt
+    assert BRIEF.time_limit < duration < BRIEF.time_limit + 1.0
+
+
+def test_what_is_tracked_does_not_depend_on_how_much_comes_later(posture):
+    def trajectory(time_limit):
+        config = EpisodeConfig(hold=0.0, time_limit=time_limit)
+        episode = Episode(posture, config)
+        episode.play = lambda trajectory, observer: trajectory
+        return episode.follow(short_path(posture), 0.05).positions
+
+    whole, part = trajectory(9.0), trajectory(0.5)
+    n = round(0.5 / TrackingConfig().dt) + 1
+    assert len(whole) > len(part) > n
+    np.testing.assert_array_equal(part[:n], whole[:n])
 
 
 @pytest.mark.parametrize("far", [1.0, 1e12])
@@ -203,17 +242,73 @@ def test_a_demonstration_without_the_settings_of_its_world_cannot_be_replayed(de
         replay(bare)
 
 
-def test_a_straight_line_to_the_shoulder_of_a_bent_arm_catches_at_the_elbow():
+@pytest.fixture(scope="module")
+def straight():
+    """A straight line to the shoulder of a bent arm, with the protective stop and without."""
     posture = Posture("bent", 66, 30, 48, 65, size="male")
-    episode, operator = Episode(posture), OperatorConfig()
-    end = np.add(posture.shoulder, [0.0, 0.0, operator.shoulder_height])
-    duration = np.linalg.norm(end - episode.start) / operator.speed
-    path = np.linspace(episode.start, end, round(duration / 0.05) + 1)
-    outcome = episode.follow(path, 0.05).outcome
+    recordings = []
+    for protective_stop in (True, False):
+        episode = Episode(posture, EpisodeConfig(protective_stop=protective_stop))
+        end = np.add(posture.shoulder, [0.0, 0.0, OperatorConfig().shoulder_height])
+        duration = np.linalg.norm(end - episode.start) / OperatorConfig().speed
+        path = np.linspace(episode.start, end, round(duration / 0.05) + 1)
+        recordings.append(episode.follow(path, 0.05))
+    return recordings
+
+
+def test_a_straight_line_to_the_shoulder_of_a_bent_arm_catches_at_the_elbow(straight):
+    outcome = straight[0].outcome
     assert not outcome.success
     assert outcome.void is None
-    caught = {f.reason: region(f.s) for f in outcome.failures if f.reason.startswith("over_")}
-    assert "elbow" in caught.values()
+    assert "over_force" in outcome.reasons or "over_strain" in outcome.reasons
+    stuck = outcome.failures[outcome.reasons.index("stuck")]
+    assert stuck.where == "elbow"
+    assert "stopped_short" not in outcome.reasons
+
+
+def test_the_verdict_is_the_same_without_the_protective_stop(straight):
+    stopped, whole = straight
+    assert whole.outcome.to_dict() == stopped.outcome.to_dict()
+    n = len(stopped.trace)
+    assert n < len(whole.trace)
+    assert stopped.outcome.figures["duration"] == pytest.approx(n * stopped.trace.dt)
+    for column in ("tcp", "strain", "grip_force", "armscye_s", "wound", "joint_velocity"):
+        np.testing.assert_array_equal(
+            getattr(stopped.trace, column), getattr(whole.trace, column)[:n]
+        )
+    np.testing.assert_array_equal(stopped.positions, whole.positions[: n + 1])
+
+
+def test_an_episode_can_be_judged_again_by_other_rules(straight):
+    whole = straight[1]
+    lax = replace(Thresholds(), strain=9.0, grip_force=1e3, link_force=1e3)
+    shoulder = Posture("bent", 66, 30, 48, 65, size="male").shoulder
+    again = judge(whole.trace, shoulder, whole.finished, lax)
+    assert whole.finished
+    assert again.figures["duration"] == pytest.approx(len(whole.trace) * whole.trace.dt)
+    assert not {"over_force", "over_strain"} & set(again.reasons)
+
+
+def test_a_simulation_that_breaks_down_after_the_stop_was_stopped(posture, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves its log of warnings in the current folder
+    config = replace(BRIEF, time_limit=1.0, protective_stop=False)
+
+    def drop_and_spoil(world):
+        if world.holding:
+            world.release()
+        else:
+            world.data.qvel[-1] = np.nan
+
+    recording = record(short_path(posture), posture, 0, config, drop_and_spoil)
+    assert recording.outcome.void is None
+    assert recording.outcome.reasons == ("grasp_lost",)
+    assert recording.trace is not None
+
+
+def test_a_lost_grasp_ends_the_episode(posture):
+    recording = record(short_path(posture), posture, 0, BRIEF, World.release)
+    assert recording.outcome.reasons == ("grasp_lost",)
+    assert len(recording.trace) == 2
 
 
 @pytest.mark.parametrize(
@@ -229,7 +324,7 @@ def test_a_control_step_must_be_whole_physics_steps(change):
         EpisodeConfig(**change)
 
 
-@pytest.mark.parametrize("change", [{"hold": -1.0}, {"time_limit": 0.0}])
+@pytest.mark.parametrize("change", [{"hold": -1.0}, {"time_limit": 0.0}, {"time_limit": 0.01}])
 def test_impossible_times_are_errors_that_name_them(change):
     with pytest.raises(InvalidInputError, match=next(iter(change))):
         EpisodeConfig(**change)

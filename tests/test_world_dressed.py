@@ -88,7 +88,8 @@ def test_a_ring_that_is_centred_on_the_arm_winds_once_too(posture, s, turn):
 @given(postures)
 def test_every_ring_of_the_sleeve_before_it_falls_is_on_the_arm(posture):
     config = SleeveConfig()
-    rings = resting_sleeve(posture, config).vertices.reshape(-1, config.vertices_around, 3)
+    mesh = resting_sleeve(posture, config)
+    rings = mesh.rings(mesh.vertices)
     assert ArmAxis.of(posture).winding(rings).tolist() == [1] * config.vertices_along
 
 
@@ -131,3 +132,64 @@ def test_the_verdict_is_the_same_in_a_world_that_is_turned_and_shifted(posture, 
     np.testing.assert_allclose(
         there.coordinate(rings_there[:, 0]), axis.coordinate(rings[:, 0]), atol=1e-9
     )
+
+
+@given(postures, along)
+def test_dressed_ratios_are_shares_of_the_arm_s_length(posture, s):
+    axis = ArmAxis.of(posture)
+    size = posture.arm_size
+    upper, whole = axis.dressed_ratios(np.array([s]))[0]
+    here = place(axis, s)[0]
+    if s >= 1.0:
+        way = np.linalg.norm(here - posture.elbow)
+        assert upper == pytest.approx(way / size.upper_arm_length, abs=1e-9)
+        way += size.forearm_length
+    else:
+        way = np.linalg.norm(here - posture.wrist)
+        assert upper == 0.0
+    assert whole == pytest.approx(way / (size.forearm_length + size.upper_arm_length), abs=1e-9)
+
+
+def test_dressed_ratios_end_at_the_wrist_and_the_shoulder(posture):
+    ratios = ArmAxis.of(posture).dressed_ratios(np.array([-0.5, 0.0, 2.0, 2.3, np.nan]))
+    np.testing.assert_array_equal(ratios, [[0, 0], [0, 0], [1, 1], [1, 1], [0, 0]])
+
+
+@given(postures, st.floats(-0.3, 2.1), st.floats(0.0, 2.0 * np.pi))
+def test_an_upright_ring_is_seen_by_the_line_triangle_test_where_it_is(posture, s, turn):
+    axis = ArmAxis.of(posture)
+    segment = 0 if s < 1.0 else 1
+    direction = axis.joints[segment + 1] - axis.joints[segment]
+    centre = axis.joints[segment] + (s - segment) * direction
+    direction /= np.linalg.norm(direction)
+    # A ring is wider than the arm; small ones only, so that the other segment stays out of them.
+    around = ring(centre + 0.3 * off_axis(direction), direction, radius=0.03, turn=turn)
+    assert axis.through_triangles(around)[0] == pytest.approx(s, abs=1e-9)
+    far = around + 0.5 * np.cross(direction, [0.3, 0.5, 0.7])
+    assert np.isnan(axis.through_triangles(far)[0])
+
+
+@pytest.mark.parametrize("change", ["sagging", "turned", "folded"])
+def test_the_line_triangle_test_jumps_where_whole_rings_hardly_move(change):
+    """An opening round the upper arm changes in twenty small steps; it always is on the arm."""
+    axis = ArmAxis(np.array([[0.0, 0, 0], [0.25, 0, 0], [0.5, 0, 0]]), (0.09, 0.04))
+    angle, radius = np.arange(18) * 2.0 * np.pi / 18, 0.075
+    by_rings, by_triangles = [], []
+    for step in np.linspace(0.0, 1.0, 20):
+        turn = 0.25 * np.pi * step if change == "turned" else 0.0
+        y, z = -radius * np.sin(angle + turn), radius * np.cos(angle + turn) - 0.03
+        x = np.full(18, 0.4)
+        if change == "sagging":  # the arm comes to lie between two of the four vertices
+            y, z = y + 0.045 * step, z - 0.015 * step
+        elif change == "turned":
+            y, z = y + 0.045, z - 0.015
+        else:  # the opening's topmost vertex is tucked in, beside the arm
+            tucked = np.arange(18) == 0
+            y, z = y + 0.03 * step * tucked, z - 0.07 * step * tucked
+        opening = np.column_stack([x, y, z])
+        wound = abs(axis.winding(opening[None])) == 1
+        s = np.where(wound, axis.coordinate(opening.mean(axis=0)[None]), np.nan)
+        by_rings.append(axis.dressed_ratios(s)[0, 0])
+        by_triangles.append(axis.dressed_ratios(axis.through_triangles(opening[None]))[0, 0])
+    assert np.ptp(by_rings) < 0.01
+    assert np.abs(np.diff(by_triangles)).max() > 0.5

@@ -95,8 +95,8 @@ def test_servos_hold_still_and_never_exceed_their_torque(world):
         world.command(start + direction * 0.5, np.zeros(7))
         for _ in range(10):
             world.step()
-            assert np.all(np.abs(world.arm_torque) <= limits.effort)
-            saturated |= np.abs(world.arm_torque) == limits.effort
+            assert np.all(np.abs(world.data.actuator_force[:7]) <= limits.effort)
+            saturated |= np.abs(world.data.actuator_force[:7]) == limits.effort
     assert saturated.all()  # so the limit was at work
 
 

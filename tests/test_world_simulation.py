@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 from dressing_sim.control import PandaKinematics, configuration_at
+from dressing_sim.control.tracking import MAX_ACCELERATION, SPEED_SHARE
 from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import TCP_BODY
+from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 
@@ -86,6 +87,88 @@ def test_a_released_cloth_falls_and_pulls_no_more(world):
         np.testing.assert_array_equal(world.grip_force, 0.0)
     assert before[2] - world.cloth[world.mesh.gripped].mean(axis=0)[2] > 0.02
     assert world.void_reason is None
+    assert not world.holding
+
+
+def test_the_grip_s_load_is_its_force_after_a_low_pass_of_10_hz(world):
+    """The exact solution of x' = 2 pi f (u - x) for a force u that is constant in each step."""
+    decay = np.exp(-2.0 * np.pi * 10.0 * world.config.solver.timestep)
+    expected = world.grip_load
+    for _ in sweep(world, seconds=0.2):
+        expected = decay * expected + (1.0 - decay) * world.grip_force
+        np.testing.assert_allclose(world.grip_load, expected, atol=1e-12)
+    assert np.linalg.norm(expected) > 0.0
+
+
+@pytest.mark.parametrize("strength", [0.05, 42.0])
+def test_cloth_that_pulls_harder_than_the_fingers_hold_slips_out(posture, strength):
+    config = WorldConfig(grip_strength=strength)
+    q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
+    world = World(posture, config, q)
+    loads = []
+    while world.holding and world.time < 0.5:
+        world.step()
+        loads.append(np.linalg.norm(world.grip_load))
+    assert world.holding == (strength == WorldConfig().grip_strength)
+    assert max(loads[:-1], default=0.0) <= strength
+    assert (loads[-1] > strength) == (not world.holding)
+
+
+def test_clearance_is_the_distance_to_the_skin(world):
+    posture, size = world.posture, world.posture.arm_size
+    along = (posture.elbow - posture.wrist) / size.forearm_length
+    across = np.cross(along, [0.3, 0.2, 0.9])
+    across /= np.linalg.norm(across)
+    middle = 0.5 * (posture.wrist + posture.elbow)
+    points = middle + np.outer([0.0, size.forearm_radius, 0.1], across)
+    expected = np.array([0.0, size.forearm_radius, 0.1]) - size.forearm_radius
+    np.testing.assert_allclose(world.clearance(points), expected, atol=1e-9)
+    shoulder = np.add(posture.shoulder, [[0.0, 0.0, 1.0]])
+    assert 0.9 < world.clearance(shoulder)[0] < 1.0
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_a_servo_at_the_commands_limits_stays_within_the_robot_s(posture, joint):
+    """From rest to the fastest command, as hard as commands may, and to rest again."""
+    world, limits, dt = fresh_world(posture), joint_limits(), WorldConfig().solver.timestep
+    world.release()
+    start = world.arm_configuration
+    room = limits.upper - start, start - limits.lower
+    side = 1.0 if room[0][joint] > room[1][joint] else -1.0
+    fastest, a = SPEED_SHARE * limits.velocity[joint], MAX_ACCELERATION[joint]
+    speeds = np.minimum(np.arange(0.0, 1.0, dt) * a, fastest)
+    speeds = np.concatenate([speeds, speeds[::-1], np.zeros(10)])
+    way, measured = np.zeros(7), []
+    for speed in speeds:
+        way[joint] += side * speed * dt
+        if way[joint] * side > max(room[0][joint], room[1][joint]) - 0.3:
+            break
+        world.command(start + way, side * speed * np.eye(7)[joint])
+        world.step()
+        if world.touches():
+            break
+        measured.append((world.arm_velocity, world.arm_torque))
+    velocity, torque = np.abs(np.array(measured)).transpose(1, 0, 2)
+    assert velocity[:, joint].max() > 0.7 * fastest
+    assert np.all(velocity <= 0.6 * limits.velocity)
+    assert np.all(torque < limits.effort)
+
+
+def test_torques_are_those_that_move_the_arm(posture):
+    """M dv/dt = torque - bias + contact and grip: MuJoCo's own equation of motion, in 1 % steps."""
+    world = fresh_world(posture)
+    dofs = [world.model.joint(name).dofadr[0] for name in ARM_JOINTS]
+    inertia = np.zeros((world.model.nv, world.model.nv))
+    worst = 0.0
+    before = world.arm_velocity
+    for _ in sweep(world, seconds=0.5):
+        mujoco.mj_fullM(world.model, world.data, inertia)
+        acceleration = (world.arm_velocity - before) / world.config.solver.timestep
+        before = world.arm_velocity
+        rest = (world.data.qfrc_bias - world.data.qfrc_constraint)[dofs]
+        needed = inertia[np.ix_(dofs, dofs)] @ acceleration + rest
+        worst = max(worst, np.abs(world.arm_torque - needed).max())
+    assert worst < 0.01
 
 
 def test_the_same_steps_give_the_same_bits(posture):
@@ -93,7 +176,7 @@ def test_the_same_steps_give_the_same_bits(posture):
         world = fresh_world(posture)
         states = []
         for _ in sweep(world):
-            state = (world.data.qpos, world.data.qvel, world.data.sensordata, world.grip_force)
+            state = (world.data.qpos, world.data.qvel, world.cloth_forces().net, world.grip_load)
             states.append(b"".join(part.tobytes() for part in state))
         return states
 
@@ -132,7 +215,9 @@ def test_a_robot_that_leans_on_the_arm_is_felt_and_told_from_cloth(posture, tmp_
     q, _ = configuration_at(0.5 * (posture.wrist + posture.elbow), kinematics)
     world = World(posture, WorldConfig(), q)
     mujoco.mj_forward(world.model, world.data)
-    assert "forearm" in world.robot_contacts()
+    touches = {LINKS[touch.link]: touch for touch in world.touches()}
+    assert world.robot_links[touches["forearm"].robot_link].startswith("panda_")
+    assert touches["forearm"].force > 1.0
     assert np.linalg.norm(world.link_force("forearm", "robot")) > 1.0
-    assert "head" not in world.robot_contacts()
+    assert "head" not in touches
     np.testing.assert_array_equal(world.link_force("head", "robot"), 0.0)

@@ -1,8 +1,9 @@
 """From a path of the gripper to joint commands: differential inverse kinematics with limits.
 
-Each control step solves one quadratic program (pink on Pinocchio, solver DAQP) within the joint
-position and velocity limits of the URDF. The gripper's position has priority by weight; the hand
-points down and may turn about the vertical, since the paper's policies say positions only.
+Each control step solves one quadratic program (pink on Pinocchio, solver DAQP) well within the
+joint position and velocity limits of the URDF, and with accelerations that the servos can follow.
+The gripper's position has priority by weight; the hand points down and may turn about the vertical,
+since the paper's policies say positions only.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 import pink
 import pinocchio as pin
 from numpy.typing import NDArray
-from pink.limits import ConfigurationLimit, VelocityLimit
+from pink.limits.limit import Limit
 from pink.tasks import FrameTask, PostureTask
 
 from dressing_sim.control.kinematics import PandaKinematics
@@ -21,6 +22,17 @@ from dressing_sim.world.panda import HOME, TCP_BODY
 
 #: The hand pointing down, fingers opening along the base's y axis.
 _HAND_DOWN = np.diag([1.0, -1.0, -1.0])
+
+#: Largest joint accelerations of a command [rad/s^2]: half of what the Panda's control interface
+#: accepts. A servo that is asked for more than its torque saturates, falls behind and overshoots.
+MAX_ACCELERATION = (7.5, 3.75, 5.0, 6.25, 7.5, 10.0, 10.0)
+
+#: Share of the joints' speed limits that commands use: next to a person half is plenty, and the
+#: servos overshoot by a few per cent.
+SPEED_SHARE = 0.5
+
+#: Commands stay this far within the joints' position limits, for the same reason [rad].
+POSITION_MARGIN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +78,11 @@ class JointTrajectory:
 
 
 def retime(
-    path: NDArray[np.float64], path_dt: float, dt: float, max_speed: float
+    path: NDArray[np.float64],
+    path_dt: float,
+    dt: float,
+    max_speed: float,
+    max_duration: float = np.inf,
 ) -> NDArray[np.float64]:
     """Sample a path every `dt` seconds, slowing it down where it is faster than allowed.
 
@@ -75,13 +91,15 @@ def retime(
         path_dt: Time between two rows [s].
         dt: Time between two rows of the result [s].
         max_speed: Largest speed of the result [m/s].
+        max_duration: What comes later is left out [s].
 
     Returns:
         Positions, shape (m, d): the path's first to its last point along the same polyline.
     """
     durations = np.linalg.norm(np.diff(path, axis=0), axis=1) / max_speed
     times = np.concatenate([[0.0], np.cumsum(np.maximum(durations, path_dt))])
-    samples = np.append(np.arange(0.0, times[-1], dt), times[-1])
+    end = min(times[-1], max_duration)
+    samples = np.append(np.arange(0.0, end, dt), end)
     return np.column_stack([np.interp(samples, times, column) for column in path.T])
 
 
@@ -106,14 +124,61 @@ def smooth(points: NDArray[np.float64], dt: float, window: float) -> NDArray[np.
     )
 
 
+class _JointLimits(Limit):
+    """Bounds on the joints' next move, which all are bounds on each joint alone.
+
+    Its speed stays below its limit, changes by no more than the largest acceleration a, and is so
+    low that the joint can still come to rest within the distance d to its end of travel:
+    ``v dt + v^2 / 2 a <= d`` (a step at v, then braking). Whoever keeps this keeps it one step
+    later by braking, so there always is a solution.
+
+    Args:
+        model: The robot.
+        acceleration: Largest acceleration of each joint, shape (n,) [rad/s^2]; may be infinite.
+    """
+
+    def __init__(self, model: pin.Model, acceleration: NDArray[np.float64]) -> None:
+        self.lower = model.lowerPositionLimit + POSITION_MARGIN
+        self.upper = model.upperPositionLimit - POSITION_MARGIN
+        self._speed = SPEED_SHARE * model.velocityLimit
+        self._acceleration = acceleration
+        self._sides = np.vstack([np.eye(model.nv), -np.eye(model.nv)])
+        self.velocity = np.zeros(model.nv)
+        """What the joints last moved with [rad/s]."""
+
+    def _fastest(
+        self, room: NDArray[np.float64], now: NDArray[np.float64], dt: float
+    ) -> NDArray[np.float64]:
+        """Largest speed towards one side, from the room and the speed now in its direction."""
+        a = self._acceleration
+        if np.isinf(a).any():
+            return np.minimum(self._speed, room / dt)
+        stopping = np.sqrt((a * dt) ** 2 + 2.0 * a * np.maximum(room, 0.0)) - a * dt
+        return np.maximum(np.minimum(np.minimum(self._speed, stopping), now + a * dt), now - a * dt)
+
+    def compute_qp_inequalities(
+        self, configuration: pink.Configuration, dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Matrix G and vector h of ``G move <= h``."""
+        up = self._fastest(self.upper - configuration.q, self.velocity, dt)
+        down = self._fastest(configuration.q - self.lower, -self.velocity, dt)
+        return self._sides, dt * np.concatenate([up, down])
+
+
 class _InverseKinematics:
     """The quadratic program of one control step, and the configuration it moves."""
 
-    def __init__(self, kinematics: PandaKinematics, config: TrackingConfig, q: NDArray[np.float64]):
+    def __init__(
+        self,
+        kinematics: PandaKinematics,
+        config: TrackingConfig,
+        q: NDArray[np.float64],
+        acceleration: NDArray[np.float64],
+    ) -> None:
         model = kinematics.model
         self._dt = config.dt
-        self._lower, self._upper = model.lowerPositionLimit, model.upperPositionLimit
-        start = np.clip(q, self._lower, self._upper)
+        self._limits = _JointLimits(model, acceleration)
+        start = np.clip(q, self._limits.lower, self._limits.upper)
         self.configuration = pink.Configuration(model, model.createData(), start)
         # The third rotation, about the hand's own axis, costs nothing.
         self._hand = FrameTask(
@@ -124,7 +189,6 @@ class _InverseKinematics:
         posture = PostureTask(cost=config.posture_cost)
         posture.set_target(np.array(HOME))
         self._tasks = [self._hand, posture]
-        self._limits = [ConfigurationLimit(model, config_limit_gain=1.0), VelocityLimit(model)]
 
     def step(self, target: NDArray[np.float64]) -> float:
         """Move towards a target (3,) for one control step; returns the distance left [m]."""
@@ -135,12 +199,14 @@ class _InverseKinematics:
             self._dt,
             solver="daqp",
             damping=1e-9,
-            limits=self._limits,
+            limits=[self._limits],
             safety_break=False,
         )
         q = self.configuration.integrate(velocity, self._dt)
         # The solver keeps the limits up to its tolerance; the robot gets them exactly.
-        self.configuration.update(np.clip(q, self._lower, self._upper))
+        q = np.clip(q, self._limits.lower, self._limits.upper)
+        self._limits.velocity = (q - self.configuration.q) / self._dt
+        self.configuration.update(q)
         reached = self.configuration.get_transform_frame_to_world(TCP_BODY).translation
         return float(np.linalg.norm(reached - target))
 
@@ -162,7 +228,8 @@ def configuration_at(
     Returns:
         Joint positions (7,) [rad], and the distance left [m].
     """
-    ik = _InverseKinematics(kinematics, config or TrackingConfig(), np.array(HOME))
+    at_once = np.full(len(HOME), np.inf)
+    ik = _InverseKinematics(kinematics, config or TrackingConfig(), np.array(HOME), at_once)
     previous = ik.configuration.q
     error = np.inf
     for _ in range(max_steps):
@@ -179,6 +246,7 @@ def track_path(
     start: NDArray[np.float64],
     kinematics: PandaKinematics,
     config: TrackingConfig | None = None,
+    max_duration: float = np.inf,
 ) -> JointTrajectory:
     """Joint commands that lead the gripper along a path.
 
@@ -188,14 +256,16 @@ def track_path(
         start: Joint positions (7,) to start from [rad].
         kinematics: The robot.
         config: Weights, speed and limits.
+        max_duration: What comes later is left out [s].
 
     Returns:
         The trajectory from `start`: first straight to the path's first point, then along it.
     """
     config = config or TrackingConfig()
-    ik = _InverseKinematics(kinematics, config, np.array(start, dtype=float))
+    start = np.array(start, dtype=float)
+    ik = _InverseKinematics(kinematics, config, start, np.array(MAX_ACCELERATION))
     here = kinematics.tcp_pose(start)[0]
-    targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed)
+    targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed, max_duration)
     targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
     positions = np.empty((len(targets), len(HOME)))

@@ -7,12 +7,12 @@ below 0 and the trunk above 2, each in units of the neighbouring segment's lengt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.world.mannequin import HAND_LENGTH
 
 #: How far the arm's axis is prolonged beyond the wrist and the shoulder to count windings, in
 #: lengths of the forearm and the upper arm. Longer than any sleeve.
@@ -25,14 +25,23 @@ class ArmAxis:
 
     Attributes:
         joints: Wrist, elbow, shoulder, shape (3, 3), in the robot's base frame [m].
+        reach: How far the arm goes on beyond the wrist and the shoulder, (2,) [m]: the hand's
+            length and the upper arm's radius.
     """
 
     joints: NDArray[np.float64]
+    reach: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def of(cls, posture: Posture) -> ArmAxis:
         """The axis of a posture's arm."""
-        return cls(np.stack([posture.wrist, posture.elbow, posture.shoulder]))
+        joints = np.stack([posture.wrist, posture.elbow, posture.shoulder])
+        return cls(joints, (HAND_LENGTH, posture.arm_size.upper_arm_radius))
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Lengths (2,) of forearm and upper arm [m]."""
+        return np.linalg.norm(np.diff(self.joints, axis=0), axis=1)
 
     def coordinate(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Arm coordinate s of the nearest point on the axis, prolonged at both ends.
@@ -45,11 +54,29 @@ class ArmAxis:
         """
         wrist, elbow, shoulder = self.joints
         forearm, upper = elbow - wrist, shoulder - elbow
-        s1 = np.minimum((points - wrist) @ forearm / (forearm @ forearm), 1.0)
-        s2 = np.maximum((points - elbow) @ upper / (upper @ upper), 0.0)
+        s1 = np.minimum(_dot(points - wrist, forearm) / (forearm @ forearm), 1.0)
+        s2 = np.maximum(_dot(points - elbow, upper) / (upper @ upper), 0.0)
         d1 = np.linalg.norm(points - (wrist + s1[:, None] * forearm), axis=1)
         d2 = np.linalg.norm(points - (elbow + s2[:, None] * upper), axis=1)
         return np.where(d1 <= d2, s1, 1.0 + s2)
+
+    def dressed_ratios(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Shares of the upper arm and of the arm that a sleeve's opening has passed.
+
+        The field's measure (Wang et al., RSS 2023, "One policy to dress them all"): the length of
+        the arm between elbow (or wrist) and the sleeve's opening at the shoulder's side, relative
+        to the length up to the shoulder. Where the hem is does not matter.
+
+        Args:
+            s: Arm coordinate of the opening, shape (n,); NaN where it is not round the arm.
+
+        Returns:
+            Shape (n, 2), each from 0 to 1: of the upper arm, and from the wrist to the shoulder.
+        """
+        on = np.nan_to_num(s, nan=0.0)
+        forearm, upper = np.clip(on, 0.0, 1.0), np.clip(on - 1.0, 0.0, 1.0)
+        whole = (self.lengths[0] * forearm + self.lengths[1] * upper) / self.lengths.sum()
+        return np.stack([upper, whole], axis=1)
 
     def winding(self, rings: NDArray[np.float64]) -> NDArray[np.int64]:
         """How often each closed ring winds round the arm.
@@ -59,10 +86,10 @@ class ArmAxis:
         but long, so that the sum is near an integer and is rounded.
 
         Args:
-            rings: Closed polygons, shape (n_rings, n_around, 3) [m].
+            rings: Closed polygons, shape (..., n_around, 3) [m].
 
         Returns:
-            Shape (n_rings,): +1 for a ring of a sleeve that is on, in its mesh's direction; 0 for
+            Shape (...): +1 for a ring of a sleeve that is on, in its mesh's direction; 0 for
             one that is off the arm.
         """
         wrist, elbow, shoulder = self.joints
@@ -73,24 +100,91 @@ class ArmAxis:
                 shoulder + _PROLONGATION * (shoulder - elbow),
             ]
         )
-        after = np.roll(rings, -1, axis=1)
-        angle = sum(_solid_angle(a, b, rings, after).sum(axis=1) for a, b in pairwise(chain))
-        return np.rint(angle / (4.0 * np.pi)).astype(np.int64)
+        chain = chain.reshape(3, *(1,) * (rings.ndim - 1), 3)
+        # From each point p of the axis to each vertex q of the rings, shape (3, ..., n_around, 3).
+        to = rings - chain
+        to_next = _next(to)
+        # Between a segment p1 p2 of the axis and one q1 q2 of a ring there are four planes: two
+        # through a p and the ring's segment, and two through a q and the axis's segment. Each is
+        # shared with a neighbouring pair of segments, so each normal is computed once.
+        at_p = _unit(_cross(to, to_next))
+        at_q = _unit(_cross(to[:-1], to[1:]))
+        n1, n2, n3, n4 = at_p[:-1], _next(at_q), -at_p[1:], -at_q
+        area = _arcsin(n1, n2) + _arcsin(n2, n3) + _arcsin(n3, n4) + _arcsin(n4, n1)
+        along = np.diff(chain, axis=0)
+        side = np.sign(_dot(_cross(along, _next(rings) - rings), to[:-1]))
+        return np.rint((area * side).sum(axis=(0, -1)) / (4.0 * np.pi)).astype(np.int64)
+
+    def through_triangles(self, rings: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The line-triangle test of "dressed", for comparison with whole rings.
+
+        As Assistive Gym (Erickson et al. 2020) and work after it do it: four vertices, a quarter
+        of the ring apart, span two triangles, and the sleeve counts as on the arm if the arm's
+        axis, from the fingertips to the top of the shoulder, passes through one of them. It sees
+        four points of the ring: where the opening folds or tilts so that those move across the
+        axis, the answer jumps, though the ring as a whole has hardly moved.
+
+        Args:
+            rings: Closed polygons, shape (n_rings, n_around, 3) [m].
+
+        Returns:
+            Shape (n_rings,): arm coordinate of the place, the one next to the shoulder of several;
+            NaN where the axis passes through neither triangle.
+        """
+        quarters = np.round(np.arange(4) * rings.shape[1] / 4.0).astype(int)
+        corners = rings[:, quarters]
+        triangles = np.stack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]], axis=1)
+        forearm, upper = self.lengths
+        below, beyond = self.reach[0] / forearm, self.reach[1] / upper
+        places = []
+        for segment, low, high in ((0, -below, 1.0), (1, 0.0, 1.0 + beyond)):
+            start, end = self.joints[segment], self.joints[segment + 1]
+            t = _line_through(start, end - start, triangles)
+            places.append(np.where((low <= t) & (t <= high), segment + t, -np.inf))
+        last = np.max(places, axis=(0, 2))
+        return np.where(np.isfinite(last), last, np.nan)
 
 
-def _solid_angle(
-    p1: NDArray[np.float64],
-    p2: NDArray[np.float64],
-    q1: NDArray[np.float64],
-    q2: NDArray[np.float64],
+def _line_through(
+    origin: NDArray[np.float64], direction: NDArray[np.float64], triangles: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Signed solid angle of the directions from segment p1 p2 to segments q1 q2, shape (...)."""
-    r13, r14, r23, r24 = q1 - p1, q2 - p1, q1 - p2, q2 - p2
-    normals = [_unit(np.cross(a, b)) for a, b in ((r13, r14), (r14, r24), (r24, r23), (r23, r13))]
-    area = np.zeros(q1.shape[:-1])
-    for one, next_one in zip(normals, [*normals[1:], normals[0]], strict=True):
-        area += np.arcsin(np.clip(np.einsum("...i,...i", one, next_one), -1.0, 1.0))
-    return area * np.sign(np.einsum("...i,...i", np.cross(p2 - p1, q2 - q1), r13))
+    """Where a line passes through triangles (..., 3, 3), in units of its direction, or NaN.
+
+    Solves ``origin + t direction = a + u (b - a) + v (c - a)`` by Cramer's rule, with
+    ``u, v >= 0`` and ``u + v <= 1`` inside.
+    """
+    a = triangles[..., 0, :]
+    ab, ac = triangles[..., 1, :] - a, triangles[..., 2, :] - a
+    normal, offset = _cross(ab, ac), origin - a
+    slope = _dot(normal, direction)
+    moment = _cross(direction, offset)
+    with np.errstate(divide="ignore", invalid="ignore"):  # parallel: infinite, so not inside
+        u, v = _dot(ac, moment) / slope, -_dot(ab, moment) / slope
+        t = -_dot(normal, offset) / slope
+    inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    return np.where(inside, t, np.nan)
+
+
+def _next(per_vertex: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same of each ring's next vertex; shape (..., n_around, 3)."""
+    return np.roll(per_vertex, -1, axis=-2)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cross products along the last axis; for arrays this small faster than numpy's own."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+
+
+def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Dot products along the last axis, to the bit the same however many there are."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def _arcsin(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Arc sine of the dot product of unit vectors."""
+    return np.arcsin(np.clip(_dot(a, b), -1.0, 1.0))
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -31,12 +31,15 @@ HOME = (0.0, -0.785398, 0.0, -2.356194, 0.0, 1.570796, 0.785398)
 class ServoConfig:
     """Joint position servos: torque = stiffness (command - q) - damping qd, clipped at the limit.
 
-    The gains are our own choice, of the order of the Panda's internal joint impedance controller.
+    The gains are our own choice, as stiff as the physics step allows: the discrete integrator takes
+    servos implicitly, but clips them by what they would do at the step's start, so a servo at its
+    limit loses its damping. So each is critically damped for the inertia that its joint feels at
+    most (Pinocchio), and at half its speed and acceleration limits stays below its torque limit.
     """
 
-    stiffness: tuple[float, ...] = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
+    stiffness: tuple[float, ...] = (4500.0, 4500.0, 3500.0, 3500.0, 600.0, 600.0, 400.0)
     """Of each arm joint [N m/rad]."""
-    damping: tuple[float, ...] = (450.0, 450.0, 350.0, 350.0, 200.0, 200.0, 200.0)
+    damping: tuple[float, ...] = (250.0, 250.0, 150.0, 120.0, 20.0, 20.0, 14.0)
     """Of each arm joint [N m s/rad]."""
     finger_stiffness: float = 2000.0
     """Of each finger [N/m]."""

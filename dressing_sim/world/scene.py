@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.mannequin import LINKS, add_mannequin
+from dressing_sim.world.mannequin import add_mannequin
 from dressing_sim.world.panda import (
-    BASE_BODY,
     TCP_BODY,
     ServoConfig,
     panda_spec,
@@ -61,6 +60,9 @@ class WorldConfig:
     solver: SolverConfig = field(default_factory=SolverConfig)
     settle_time: float = 1.0
     """How long the cloth falls before an episode starts [s]."""
+    grip_strength: float = 42.0
+    """Pull at which the cloth slips from the fingers [N]: the Panda hand's continuous clamping
+    force of 70 N times friction of 0.3 on two sides."""
 
 
 def grip_start(posture: Posture, sleeve: SleeveConfig) -> NDArray[np.float64]:
@@ -110,36 +112,9 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
             solref=[config.sleeve.contact_time, 1.0],
             solimp=[config.sleeve.grip_impedance, config.sleeve.grip_impedance, 0.001, 0.5, 2.0],
         )
-    _add_force_sensors(spec)
     return spec, mesh
 
 
 def grip_name(vertex: int) -> str:
     """Name of the constraint by which the fingers hold a vertex."""
     return f"grip_{vertex}"
-
-
-def force_sensor_name(link: str, source: str) -> str:
-    """Name of the sensor of the net contact force on a link from ``"cloth"`` or ``"robot"``."""
-    return f"{link}_force_{source}"
-
-
-def _add_force_sensors(spec: mujoco.MjSpec) -> None:
-    """Net contact force on each link of the mannequin: from everything, and from the robot."""
-    # Sensor parameters: which data (bits: found, force), how reduced (net force), how many.
-    found, force = mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE
-    net = [(1 << found.value) | (1 << force.value), 3, 1]
-    for link in LINKS:
-        shared = {
-            "type": mujoco.mjtSensor.mjSENS_CONTACT,
-            "objtype": mujoco.mjtObj.mjOBJ_BODY,
-            "objname": link,
-            "intprm": net,
-        }
-        spec.add_sensor(name=force_sensor_name(link, "all"), **shared)
-        spec.add_sensor(
-            name=force_sensor_name(link, "robot"),
-            reftype=mujoco.mjtObj.mjOBJ_XBODY,
-            refname=BASE_BODY,
-            **shared,
-        )

@@ -7,15 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY
-from dressing_sim.world.scene import (
-    WorldConfig,
-    build_spec,
-    force_sensor_name,
-    grip_name,
-)
+from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
+from dressing_sim.world.mannequin import ARM_LINKS, LINKS
+from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
+from dressing_sim.world.scene import WorldConfig, build_spec, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
+
+#: Cutoff of the low pass in the gripper's force sensor [Hz]: own choice, of the order of the
+#: filters that force-torque sensors at a robot's wrist are read with. Chatter between two physics
+#: steps goes, a sleeve that catches (in tenths of a second) stays.
+FORCE_CUTOFF = 10.0
 
 
 class World:
@@ -35,6 +36,8 @@ class World:
         mesh: The sleeve at rest.
         model: MuJoCo's model.
         data: MuJoCo's state.
+        robot_links: Names of the robot's links that can touch the mannequin.
+        holding: Whether the fingers still hold the cloth.
     """
 
     def __init__(
@@ -52,18 +55,24 @@ class World:
         self._arm_dof = np.array([model.joint(name).dofadr[0] for name in ARM_JOINTS])
         self._arm_actuator = np.array([model.actuator(name).id for name in ARM_JOINTS])
         self._grip = np.array([model.equality(grip_name(v)).id for v in mesh.gripped])
-        self._lag = np.array(config.servo.damping) / np.array(config.servo.stiffness)
+        self._stiffness = np.array(config.servo.stiffness)
+        self._damping = np.array(config.servo.damping)
+        self._lag = self._damping / self._stiffness
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
         first = model.flex_vertadr[flex]
         self._vertex_bodies = np.array(
             [model.body(vertex_body(i)).id for i in range(len(mesh.vertices))]
         )
         self._vertices = slice(first, first + len(mesh.vertices))
-        self._sensors = {
-            (link, source): model.sensor(force_sensor_name(link, source)).adr[0]
-            for link in LINKS
-            for source in ("all", "robot")
-        }
+        self._contacts = ContactReader(model)
+        self.robot_links = self._contacts.robot_links
+        self._arm_geoms = np.array(
+            [g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name in ARM_LINKS]
+        )
+        # The exact step of a first-order low pass, x' = 2 pi f (u - x), with u held for the step.
+        self._load_share = 1.0 - np.exp(-2.0 * np.pi * FORCE_CUTOFF * model.opt.timestep)
+        self._load = np.zeros(3)
+        self.holding = True
         self._place(np.asarray(arm_configuration, dtype=float))
 
     def _place(self, q: NDArray[np.float64]) -> None:
@@ -76,6 +85,10 @@ class World:
             self.model.eq_data[equality, 0:3] = rotation.T @ offset
             self.model.eq_data[equality, 3:6] = 0.0
         mujoco.mj_forward(self.model, self.data)
+        # Equality constraints come first among the solver's rows, in their own order; those of
+        # the grip are there in every step until the cloth is released.
+        rows = np.flatnonzero(np.isin(self.data.efc_id[: self.data.ne], self._grip))
+        self._grip_rows = slice(rows[0], rows[-1] + 1)
 
     @property
     def time(self) -> float:
@@ -93,20 +106,27 @@ class World:
         self.data.ctrl[self._arm_actuator] = positions + self._lag * velocities
 
     def step(self) -> None:
-        """Advance the simulation by one time step."""
+        """Advance the simulation by one time step.
+
+        The fingers lose the cloth if it pulls harder than they can hold it.
+        """
         mujoco.mj_step(self.model, self.data)
+        self._load += self._load_share * (self.grip_force - self._load)
+        if self.holding and self._load @ self._load > self.config.grip_strength**2:
+            self.release()
 
     def release(self) -> None:
         """Open the fingers: the cloth is no longer held."""
         self.data.eq_active[self._grip] = 0
+        self.holding = False
 
     @property
     def void_reason(self) -> str | None:
         """Why the simulation can no longer be trusted, or None while it can."""
-        for kind, warning in enumerate(self.data.warning):
-            if warning.number:
-                name = mujoco.mjtWarning(kind).name.removeprefix("mjWARN_")
-                return f"solver warning {name} at {self.time:.2f} s"
+        numbers = self.data.warning.number
+        if numbers.any():
+            name = mujoco.mjtWarning(int(np.flatnonzero(numbers)[0])).name.removeprefix("mjWARN_")
+            return f"solver warning {name} at {self.time:.2f} s"
         if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
             return f"non-finite state at {self.time:.2f} s"
         return None
@@ -123,8 +143,14 @@ class World:
 
     @property
     def arm_torque(self) -> NDArray[np.float64]:
-        """Servo torques (7,) of the arm [N m]."""
-        return self.data.actuator_force[self._arm_actuator].copy()
+        """Torques (7,) of the arm's joints in the last step, gravity included [N m]."""
+        explicit = self.data.actuator_force[self._arm_actuator]
+        # MuJoCo clips what a servo would do in the state before the step. If that is within the
+        # limit, the discrete integrator applies what it does in the state after the step.
+        error = self.data.ctrl[self._arm_actuator] - self.data.qpos[self._arm_qpos]
+        implicit = self._stiffness * error - self._damping * self.data.qvel[self._arm_dof]
+        servo = np.where(np.abs(explicit) < joint_limits().effort, implicit, explicit)
+        return servo + self.data.qfrc_gravcomp[self._arm_dof]
 
     @property
     def tcp_position(self) -> NDArray[np.float64]:
@@ -142,14 +168,35 @@ class World:
         speeds = self.data.cvel[self._vertex_bodies, 3:]
         return float(np.sqrt(np.max(np.einsum("ij,ij->i", speeds, speeds))))
 
+    def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance (n,) [m] of points (n, 3) from the surface of the arm, negative inside."""
+        model, data, geoms = self.model, self.data, self._arm_geoms
+        # Spheres and capsules: the latter are cylinders along z with a rounded end each.
+        capsule = model.geom_type[geoms] == int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+        half = np.where(capsule, model.geom_size[geoms, 1], 0.0)
+        axis = data.geom_xmat[geoms].reshape(-1, 3, 3)[:, :, 2]
+        offset = points[:, None] - data.geom_xpos[geoms]
+        along = np.clip((offset * axis).sum(axis=2), -half, half)
+        distance = np.linalg.norm(offset - along[:, :, None] * axis, axis=2)
+        return np.min(distance - model.geom_size[geoms, 0], axis=1)
+
     @property
     def grip_force(self) -> NDArray[np.float64]:
         """Force (3,) with which the fingers pull the cloth, the sum over the gripped vertices."""
-        rows = self.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        held = rows & np.isin(self.data.efc_id, self._grip)
+        if not self.holding:
+            return np.zeros(3)
         # A connect constraint has three rows, the axes of the world; its force is that on the
         # first body, the hand, and the cloth feels the opposite.
-        return -self.data.efc_force[held].reshape(-1, 3).sum(axis=0)
+        return -self.data.efc_force[self._grip_rows].reshape(-1, 3).sum(axis=0)
+
+    @property
+    def grip_load(self) -> NDArray[np.float64]:
+        """The grip's force (3,) as a force sensor reads it: low-passed at `FORCE_CUTOFF`."""
+        return self._load.copy()
+
+    def cloth_forces(self) -> ClothForces:
+        """How the cloth presses on each link of the mannequin now."""
+        return self._contacts.cloth(self.data)
 
     def link_force(self, link: str, source: str = "cloth") -> NDArray[np.float64]:
         """Net contact force (3,) on a link of the mannequin.
@@ -158,14 +205,10 @@ class World:
             link: One of `dressing_sim.world.mannequin.LINKS`.
             source: ``"cloth"`` or ``"robot"``.
         """
-        robot = self._read_force(link, "robot")
-        return robot if source == "robot" else self._read_force(link, "all") - robot
+        robot = source == "robot"
+        net = self._contacts.robot(self.data) if robot else self._contacts.cloth(self.data).net
+        return net[LINKS.index(link)]
 
-    def robot_contacts(self) -> list[str]:
-        """Links of the mannequin that the robot touches now, with a force or without."""
-        return [link for link in LINKS if self.data.sensordata[self._sensors[link, "robot"]] > 0]
-
-    def _read_force(self, link: str, source: str) -> NDArray[np.float64]:
-        address = self._sensors[link, source]
-        # The sensor's normal points away from the link, so the force on the link is its negative.
-        return -self.data.sensordata[address + 1 : address + 4]
+    def touches(self) -> tuple[Touch, ...]:
+        """Where the robot touches the mannequin now, with a force or without."""
+        return self._contacts.touches(self.data)
