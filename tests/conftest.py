@@ -1,15 +1,19 @@
 """What several test files share: things that are slow to make, and a helper for error texts."""
 
 import os
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from dressing_sim.benchmark.suites import load_suite
-from dressing_sim.episode import Episode, demonstrate
+from dressing_sim.episode import Episode, Recording, demonstrate, record
 from dressing_sim.errors import DressingSimError
+from dressing_sim.operator import Operator
 from dressing_sim.world.rendering import gl_backend
+from dressing_sim.world.simulation import World
 
 # The same examples in every run, however long the machine takes for one.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
@@ -33,6 +37,37 @@ def demonstrated(posture):
 @pytest.fixture(scope="session")
 def demonstration(demonstrated):
     return demonstrated[0]
+
+
+class Watched(NamedTuple):
+    """An episode, and the arm after each of its physics steps, each of shape (n, 7)."""
+
+    recording: Recording
+    positions: np.ndarray
+    velocities: np.ndarray
+    torques: np.ndarray
+
+
+@pytest.fixture(scope="session")
+def watched():
+    """The expert with seed 0 on a posture of the suite paper5, by its name; dressed once."""
+    postures = {posture.name: posture for posture in load_suite("paper5")}
+    step = World.step
+
+    @cache
+    def dressed(name):
+        rows = []
+
+        def watch(world):
+            step(world)
+            rows.append((world.arm_configuration, world.arm_velocity, world.arm_torque))
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(World, "step", watch)
+            recording = record(Operator(), postures[name], seed=0)
+        return Watched(recording, *np.array(rows).transpose(1, 0, 2))
+
+    return dressed
 
 
 @pytest.fixture
