@@ -1,7 +1,9 @@
-"""The simulated cloth against closed forms: strips of the sleeve's fabric, and a sleeve at rest.
+"""The simulated cloth against closed forms: strips of a garment's fabric, and a sleeve at rest.
 
 Integrator, solver, step and tolerance are those of an episode (`SolverConfig`), and so are the
-fabric's and the contacts' settings (`SleeveConfig`). "The manual" is that of MuJoCo 4.0.
+fabric (`Fabric`) and the contacts' settings (`SleeveConfig`). Strips are meshed as a sleeve is, in
+staggered rows of equilateral triangles, unless a test says otherwise. "The manual" is that of
+MuJoCo 4.0.
 """
 
 from dataclasses import replace
@@ -13,85 +15,140 @@ import pytest
 from dressing_sim.arm import Posture
 from dressing_sim.control import PandaKinematics, configuration_at
 from dressing_sim.world.dressed import ArmAxis
+from dressing_sim.world.garment import Fabric, Garment
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, add_sleeve, vertex_body
 
 GRAVITY = 9.81
-FABRIC = SleeveConfig()
+FABRIC, SLEEVE, SOLVER = Fabric(), SleeveConfig(), SolverConfig()
 X, Y, Z = np.eye(3)
+#: Height of an equilateral triangle of side 1.
+HEIGHT = np.sqrt(0.75)
 
 
-def strip_mesh(config, along, across, shape, zigzag=False, height=0.0):
-    """A flat strip, its vertices row by row.
+def strip_mesh(fabric, along, across, cells, staggered=True, height=0.0):
+    """A flat rectangle, its vertices row by row.
 
     Args:
-        config: Fabric.
+        fabric: Whose areal density the masses have.
         along: Vector (3,) from the first row to the last [m].
-        across: Vector (3,) from the first column to the last [m].
-        shape: Numbers of rows and columns.
-        zigzag: Let the diagonals alternate by column only, not by row and column as in a sleeve.
+        across: Vector (3,) of the rows [m].
+        cells: Numbers of cells along and across.
+        staggered: As in a sleeve: each other row is moved by half a cell, and begins and ends with
+            half a cell. If not, squares, with diagonals that alternate by column.
         height: How much the strip is raised along z [m].
     """
-    rows, columns = shape
-    s = np.linspace(0.0, 1.0, rows)[:, None, None]
-    t = np.linspace(-0.5, 0.5, columns)[None, :, None]
-    vertices = (s * along + t * across).reshape(-1, 3) + height * Z
+    rows, columns = cells
+    whole = np.linspace(-0.5, 0.5, columns + 1)
+    halves = np.concatenate([[-0.5], whole[:-1] + 0.5 / columns, [0.5]])
+    lines = [halves if staggered and row % 2 else whole for row in range(rows + 1)]
+    first = np.cumsum([0, *map(len, lines)]).tolist()
     triangles = []
-    for row in range(rows - 1):
-        for column in range(columns - 1):
-            a = row * columns + column
-            b, c, d = a + 1, a + columns, a + columns + 1
-            odd = (column if zigzag else row + column) % 2
-            triangles += [(a, b, d), (a, d, c)] if odd else [(a, b, c), (b, d, c)]
+    for row in range(rows):
+        a, b = first[row], first[row + 1]
+        if staggered:
+            # From the whole cells' row to the halves', then turned where that is downwards.
+            a, b = (b, a) if row % 2 else (a, b)
+            some = [(a + i, a + i + 1, b + i + 1) for i in range(columns)]
+            some += [(b + i, a + i, b + i + 1) for i in range(columns + 1)]
+            triangles += [corners[::-1] for corners in some] if row % 2 else some
+        else:
+            for i in range(columns):
+                c, d, e, f = a + i, a + i + 1, b + i, b + i + 1
+                triangles += [(c, d, f), (c, f, e)] if i % 2 else [(c, d, e), (d, f, e)]
+    s = np.repeat(np.linspace(0.0, 1.0, rows + 1), [len(line) for line in lines])
+    vertices = np.outer(s, along) + np.outer(np.concatenate(lines), across) + height * Z
     faces = np.array(triangles, dtype=np.int32)
-    area = np.linalg.norm(np.cross(along, across)) / len(faces)
-    share = config.areal_density * area / 3.0
-    masses = share * np.bincount(faces.ravel(), minlength=len(vertices))
-    return SleeveMesh(vertices, faces, masses, np.zeros(0, dtype=np.int32))
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    masses = np.bincount(faces.ravel(), np.repeat(fabric.areal_density * areas / 3.0, 3))
+    return SleeveMesh(vertices, faces, masses, np.zeros(0, dtype=np.int32), 0, 0)
+
+
+def beam_mesh(fabric, cells, edge, kind):
+    """A strip along x, from x = 0, cells of a length `edge` along and across it.
+
+    Args:
+        fabric: As of `strip_mesh`.
+        cells: Numbers of cells along x and y.
+        edge: Of the triangles or squares [m].
+        kind: ``"squares"``, or the direction of a sleeve in which it is cut: ``"axial"``, rows of
+            triangles across the strip, or ``"circumferential"``, rows along it.
+
+    Returns:
+        The mesh, and the length of a cell along x.
+    """
+    long, wide = cells
+    if kind == "circumferential":
+        mesh = strip_mesh(fabric, wide * edge * HEIGHT * Y, long * edge * X, (wide, long))
+        return replace(mesh, vertices=mesh.vertices + 0.5 * long * edge * X), edge
+    step = edge * HEIGHT if kind == "axial" else edge
+    return strip_mesh(fabric, long * step * X, wide * edge * Y, cells, kind == "axial"), step
+
+
+def shares(places):
+    """Length of an edge that belongs to each of its vertices, at the places (n,) along it."""
+    order = np.argsort(places)
+    between = 0.5 * (places[order][1:] + places[order][:-1])
+    lengths = np.empty(len(places))
+    lengths[order] = np.diff([places.min(), *between, places.max()])
+    return lengths
 
 
 class Strip:
-    """A strip of cloth, simulated with an episode's solver.
+    """A strip of cloth, simulated with an episode's SOLVER.
 
     Args:
-        config: Fabric.
+        fabric: Fabric.
         mesh: Mesh at rest.
         fixed: For each vertex that is not free, the axes along which it is fixed.
         incline: Put a plane below, z = 0, and tilt gravity by this angle towards +x [rad].
         weightless: No gravity.
         elasticity: Which forces the cloth has: 0 none, 1 bending, 2 stretching, 3 both.
+        iterations: Of the solver, if not an episode's.
     """
 
-    def __init__(self, config, mesh, fixed=None, incline=None, weightless=False, elasticity=3):
-        solver, spec = SolverConfig(), mujoco.MjSpec()
+    def __init__(
+        self,
+        fabric,
+        mesh,
+        fixed=None,
+        incline=None,
+        weightless=False,
+        elasticity=3,
+        iterations=SOLVER.iterations,
+    ):
+        spec = mujoco.MjSpec()
         option = spec.option
-        option.timestep = solver.timestep
+        option.timestep = SOLVER.timestep
         option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-        option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.solver.upper()}")
-        option.iterations = solver.iterations
-        option.tolerance = solver.tolerance
+        option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{SOLVER.solver.upper()}")
+        option.iterations = iterations
+        option.tolerance = SOLVER.tolerance
+        option.impratio = SOLVER.impratio
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         if incline is None:
             down = -Z
         else:
             down = np.sin(incline) * X - np.cos(incline) * Z
-            self._add_support(spec, config.friction)
+            self._add_support(spec, fabric.friction)
         option.gravity = np.zeros(3) if weightless else GRAVITY * down
+        config = replace(SLEEVE, garment=Garment(fabric=fabric))
         add_sleeve(spec, config, mesh, contype=4, conaffinity=1)
         spec.flexes[0].elastic2d = elasticity
         for vertex, axes in (fixed or {}).items():
             for axis in axes:
                 spec.delete(spec.joint(f"{vertex_body(vertex)}_{axis}"))
-        self.config, self.mesh = config, mesh
+        self.fabric, self.mesh = fabric, mesh
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
 
     @staticmethod
     def _add_support(spec, friction):
-        """A plane with the contact settings of the mannequin's links, and with their sensor."""
+        """A plane with the contact settings of the mannequin's links, and a sensor of its load."""
         body = spec.worldbody.add_body(name="support")
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_PLANE,
@@ -123,6 +180,11 @@ class Strip:
         for _ in self.run(seconds):
             pass
 
+    def pull(self, vertices, forces):
+        """Apply constant forces (n, 3) to vertices (n,), besides those already applied."""
+        for vertex, force in zip(vertices, forces, strict=True):
+            self.data.xfrc_applied[self.model.body(vertex_body(vertex)).id, :3] += force
+
     @property
     def vertices(self):
         return self.data.flexvert_xpos.copy()
@@ -145,124 +207,191 @@ class Strip:
 # Stretching
 
 
+def stretched(load, cells, kind, edge=0.034, weightless=False):
+    """A strip that hangs along x from its end at x = 0, pulled by a load a width [N/m].
+
+    Returns:
+        The strip, and the vertices and shares of width of its free end.
+    """
+    mesh, _ = beam_mesh(FABRIC, cells, edge, kind)
+    x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
+    held, end = np.flatnonzero(x < 1e-9), np.flatnonzero(x > x.max() - 1e-9)
+    # The edge that is held is free to contract.
+    middle = held[np.argmin(np.abs(y[held] - y.mean()))]
+    fixed = dict.fromkeys(held.tolist(), "xz") | {int(middle): "xyz"}
+    strip = Strip(FABRIC, mesh, fixed, weightless=weightless)
+    strip.model.opt.gravity[:] = 0.0 if weightless else GRAVITY * X
+    widths = shares(y[end])
+    strip.pull(end, np.outer(load * widths, X))
+    strip.settle(1.0)
+    return strip, end, widths
+
+
 @pytest.mark.parametrize("load", [0.0, 0.9, 1.8])
-@pytest.mark.parametrize("shape", [(6, 3), (11, 5)])
-def test_a_hanging_strip_stretches_as_its_membrane_stiffness_says(load, shape):
+@pytest.mark.parametrize("kind", ["squares", "axial", "circumferential"])
+@pytest.mark.parametrize(("cells", "edge"), [((6, 2), 0.034), ((12, 4), 0.017)])
+def test_a_hanging_strip_stretches_as_its_membrane_stiffness_says(cells, edge, kind, load):
     """Uniaxial stress of a St Venant-Kirchhoff membrane (the manual's flex elasticity).
 
     With K = E t, a tension n per width at rest stretches by l where K l (l^2 - 1) / 2 = n, which
     is a strain of n / K as long as that is small. At s below the top edge n is the end load and
     the weight of what hangs below, ``load + rho g (L - s)``. Up to 1 % of strain here.
 
-    The top edge is free to contract. Linear elements with lumped masses are exact in their nodes
-    for a bar under its own weight; the 0.1 % are for the unequal corners of the mesh.
+    Linear elements with lumped masses are exact in their nodes for a bar under its own weight;
+    the 0.01 % are for the mesh's unequal corners (measured: 0.002 % and less).
     """
-    length, width, stiffness = 0.2, 0.06, FABRIC.membrane_stiffness
-    rows, columns = shape
-    fixed = dict.fromkeys(range(columns), "yz") | {columns // 2: "xyz"}
-    strip = Strip(FABRIC, strip_mesh(FABRIC, -length * Z, width * X, shape), fixed)
-    last = range((rows - 1) * columns, rows * columns)
-    shares = np.full(columns, width / (columns - 1))
-    shares[[0, -1]] /= 2.0
-    for vertex, share in zip(last, shares, strict=True):
-        strip.data.xfrc_applied[strip.model.body(vertex_body(vertex)).id, 2] = -load * share
-    strip.settle(1.0)
-
+    strip, end, widths = stretched(load, cells, kind, edge=edge)
+    start = strip.mesh.vertices[end, 0]
+    length, stiffness = start[0], FABRIC.membrane_stiffness
     s = (np.arange(1000) + 0.5) / 1000 * length
     strain = (load + FABRIC.areal_density * GRAVITY * (length - s)) / stiffness
     stretch = np.ones_like(s)
     for _ in range(20):  # Newton's method
         stretch -= (stretch * (stretch**2 - 1) / 2 - strain) / ((3 * stretch**2 - 1) / 2)
     expected = np.mean(stretch - 1.0) * length
-    elongation = -shares @ strip.vertices[last, 2] / width - length
-    assert elongation == pytest.approx(expected, rel=1e-3)
+    elongation = widths @ (strip.vertices[end, 0] - start) / widths.sum()
+    assert elongation == pytest.approx(expected, rel=1e-4)
     # Small strains: the linear law, its error is 3/2 of the strain.
     assert elongation == pytest.approx(strain.mean() * length, rel=0.02)
 
 
-def test_a_pulled_strip_gets_narrower_as_poissons_ratio_says():
+@pytest.mark.parametrize("kind", ["squares", "axial", "circumferential"])
+def test_a_pulled_strip_gets_narrower_as_poissons_ratio_says(kind):
     """Green strains under uniaxial stress: across = -nu * along. Uniform, so the mesh is exact."""
-    length, width, load, (rows, columns) = 0.2, 0.06, 1.8, (11, 5)
-    mesh = strip_mesh(FABRIC, length * X, width * Y, (rows, columns))
-    fixed = dict.fromkeys(range(columns), "xz") | {columns // 2: "xyz"}
-    strip = Strip(FABRIC, mesh, fixed, weightless=True)
-    shares = np.full(columns, width / (columns - 1))
-    shares[[0, -1]] /= 2.0
-    for vertex, share in zip(range((rows - 1) * columns, rows * columns), shares, strict=True):
-        strip.data.xfrc_applied[strip.model.body(vertex_body(vertex)).id, 0] = load * share
-    strip.settle(1.0)
-    grid = strip.vertices.reshape(rows, columns, 3)
-    along = np.linalg.norm(grid[-1] - grid[0], axis=1) / length
-    across = np.linalg.norm(grid[:, -1] - grid[:, 0], axis=1) / width
-    ratio = -(across**2 - 1).mean() / (along**2 - 1).mean()
-    assert ratio == pytest.approx(FABRIC.poisson, rel=1e-3)
+    strip, end, _ = stretched(1.8, (6, 2), kind, weightless=True)
+    rest, now = strip.mesh.vertices, strip.vertices
+    along = (now[end, 0] / rest[end, 0]).mean()
+    across = np.ptp(now[end, 1]) / np.ptp(rest[end, 1])
+    assert along > 1.005
+    assert -(across**2 - 1) / (along**2 - 1) == pytest.approx(FABRIC.poisson, rel=1e-3)
 
 
 # Bending
+#
+# Strips a hundred times and more as rigid as the fabric, so that they bend little under their
+# weight. An episode's 50 iterations are the most for the linear system of a step, too. Where that
+# is not enough for strips as rigid and as fine, MuJoCo warns of it, and the tests allow more.
 
 
-def cantilever(shape, cell, rigidity, zigzag):
-    """Tip deflection under its own weight, measured over the closed form's."""
-    fabric = replace(FABRIC, bending_stiffness=rigidity)
-    rows, columns = shape
-    along, across = (rows - 1) * cell[0] * X, (columns - 1) * cell[1] * Y
-    mesh = strip_mesh(fabric, along, across, shape, zigzag)
-    strip = Strip(fabric, mesh, dict.fromkeys(range(2 * columns), "xyz"))
-    strip.settle(0.8)
-    free_length = (rows - 1.5) * cell[0]
-    expected = fabric.areal_density * GRAVITY * free_length**4 / (8.0 * rigidity)
-    assert expected < 0.06 * free_length  # small deflections
-    return -strip.vertices.reshape(rows, columns, 3)[-1, :, 2].mean() / expected
+def bulk_bending_energy(curvature, kind, cell=0.01):
+    """Bending energy an area, away from edges, of a sheet of a given curvature (2, 2) [1/m].
 
-
-@pytest.mark.parametrize("zigzag", [True, False])
-@pytest.mark.parametrize("direction", [X, Y])
-@pytest.mark.parametrize("cell", [(0.01, 0.01), (0.01, 0.005), (0.005, 0.01)])
-def test_a_cylinder_stores_the_energy_of_its_curvature(cell, direction, zigzag):
-    """D kappa^2 / 2 an area, Kirchhoff's plate (the manual's flex elasticity), whatever the mesh.
-
-    The discrete hinges are quadratic in the deflection, so the energy is -f w / 2, and exact for a
-    parabola. Folds are rows of edges: of 20 rows of cells, 19 have one.
+    The discrete hinges are quadratic in the deflection, so the energy is -f w / 2. Of n x n cells
+    it is quadratic in n, and the second difference is that of the area alone.
     """
-    n, curvature = 20, 1e-3
-    mesh = strip_mesh(FABRIC, n * cell[0] * X, n * cell[1] * Y, (n + 1, n + 1), zigzag)
-    sheet = Strip(FABRIC, mesh, weightless=True, elasticity=1)
-    deflection = 0.5 * curvature * (mesh.vertices @ direction) ** 2
-    sheet.data.qpos[2::3] = deflection
-    mujoco.mj_forward(sheet.model, sheet.data)
-    energy = -0.5 * sheet.data.qfrc_spring[2::3] @ deflection
-    area = (n - 1) * n * cell[0] * cell[1]
-    assert energy == pytest.approx(FABRIC.bending_stiffness * curvature**2 / 2 * area, rel=1e-6)
+    energies = []
+    for n in (4, 6, 8):
+        mesh, step = beam_mesh(FABRIC, (n, n), cell, kind)
+        sheet = Strip(FABRIC, mesh, weightless=True, elasticity=1)
+        flat = mesh.vertices[:, :2]
+        deflection = 0.5 * np.einsum("ni,ij,nj->n", flat, curvature, flat)
+        sheet.data.qpos[2::3] = deflection
+        mujoco.mj_forward(sheet.model, sheet.data)
+        energies.append(-0.5 * sheet.data.qfrc_spring[2::3] @ deflection)
+    area = step * cell * (HEIGHT if kind == "circumferential" else 1.0)
+    return np.diff(energies, 2)[0] / 8.0 / area
 
 
-@pytest.mark.parametrize("rigidity", [0.01, 0.03])
+@pytest.mark.parametrize("kind", ["squares", "axial", "circumferential"])
+@pytest.mark.parametrize("direction", [X, Y])
+def test_a_cylinder_stores_the_energy_of_its_curvature(direction, kind):
+    """D kappa^2 / 2 an area, Kirchhoff's plate (the manual's flex elasticity)."""
+    energy = bulk_bending_energy(1e-3 * np.outer(direction, direction)[:2, :2], kind)
+    assert energy == pytest.approx(FABRIC.bending_stiffness * 1e-6 / 2, rel=1e-6)
+
+
+def test_equilateral_triangles_bend_like_an_isotropic_plate(rng):
+    """D / 2 (tr^2 - 2 (1 - nu) det) of the curvature an area, with nu = -1/3, in every direction.
+
+    Two triangles of side a fold by an angle proportional to k_nn - k_tt / 3, where t is along
+    their common edge: their tips are 3 times as far from its middle, squared, as its ends are. The
+    mean square over the three directions of edges is proportional to k1^2 + k2^2 - 2/3 k1 k2
+    (Seung and Nelson, Phys. Rev. A 38, 1988). Kirchhoff's plate has the fabric's own nu there;
+    the sign matters only where cloth curves both ways. Squares with diagonals are not isotropic.
+    """
+    for _ in range(3):
+        curvature = 1e-3 * rng.normal(size=(2, 2))
+        curvature += curvature.T
+        invariants = np.trace(curvature) ** 2 - 2 * (1 + 1 / 3) * np.linalg.det(curvature)
+        energy = bulk_bending_energy(curvature, "axial")
+        assert energy == pytest.approx(FABRIC.bending_stiffness / 2 * invariants, rel=1e-6)
+
+
+def cantilever(cells, edge, rigidity, kind, iterations=SOLVER.iterations):
+    """Tip deflection under its own weight, measured over the closed form's.
+
+    Euler-Bernoulli: w = q L^4 / (8 D b) at the tip, with q the weight per length, b the width. Two
+    rows are fixed, and a hinge on the second stands for half a cell on either side of it. Of n
+    cells, whose hinges each turn by h times M / D b, the sum is that with L^4 = (n (n - 1))^2 h^4.
+    """
+    fabric = replace(FABRIC, bending_stiffness=rigidity)
+    mesh, step = beam_mesh(fabric, cells, edge, kind)
+    x = mesh.vertices[:, 0]
+    fixed = dict.fromkeys(np.flatnonzero(x < 1.01 * step).tolist(), "xyz")
+    strip = Strip(fabric, mesh, fixed, iterations=iterations)
+    strip.settle(1.0)
+    n = cells[0]
+    expected = fabric.areal_density * GRAVITY * (n * (n - 1) * step**2) ** 2 / (8.0 * rigidity)
+    assert expected < 0.06 * x.max()  # small deflections
+    return -strip.vertices[x > x.max() - 1e-9, 2].mean() / expected
+
+
+@pytest.mark.parametrize("rigidity", [0.002, 0.004])
 @pytest.mark.parametrize(
-    ("shape", "cell"),
-    [((14, 5), (0.01, 0.01)), ((14, 9), (0.01, 0.005)), ((26, 9), (0.005, 0.005))],
+    ("cells", "edge", "iterations"),
+    [((8, 4), 0.01, 50), ((8, 8), 0.01, 50), ((16, 8), 0.005, 500)],
 )
-def test_a_cantilever_bends_as_its_plate_stiffness_says(shape, cell, rigidity):
-    """Euler-Bernoulli: w = q L^4 / (8 D b) at the tip, with q the weight per length, b the width.
+def test_a_cantilever_bends_as_its_plate_stiffness_says(cells, edge, iterations, rigidity):
+    """Squares, folds across the strip: no coupling of curvatures, so the beam's rigidity is D b.
 
-    MuJoCo's hinges store D kappa^2 / 2 per area of a cylinder, without a Poisson coupling (the
-    manual's flex elasticity), so the beam's rigidity is D b and not (1 - nu^2) D b. Two rows are
-    fixed, and a hinge on the second stands for half a cell on either side of it: the clamp is
-    in the middle between the rows. With that L the midpoint rule's error is (h / L)^2 < 0.7 %;
     2 % for the strip's free edges, whose hinges have cloth on one side only.
     """
-    assert cantilever(shape, cell, rigidity, zigzag=True) == pytest.approx(1.0, rel=0.02)
+    ratio = cantilever(cells, edge, rigidity, "squares", iterations)
+    assert ratio == pytest.approx(1.0, rel=0.02)
 
 
-@pytest.mark.parametrize(("shape", "cell"), [((14, 5), 0.01), ((26, 9), 0.005)])
-def test_a_mesh_like_the_sleeves_bends_a_fifth_more_easily_whatever_its_size(shape, cell):
-    """The bias of hinges: diagonals that alternate in both directions share in every fold.
+@pytest.mark.parametrize("kind", ["axial", "circumferential"])
+@pytest.mark.parametrize(
+    ("cells", "edge", "iterations"),
+    [((8, 4), 0.01, 50), ((8, 8), 0.01, 50), ((16, 8), 0.005, 500)],
+)
+def test_a_cantilever_cut_from_a_sleeve_bends_nearly_so(cells, edge, iterations, kind):
+    """Between the cylinder that the clamp forces on it, 1, and the free strip's 9/8 (below).
 
-    A cylinder that is imposed stores the right energy on either mesh (the test above), but where
-    diagonals cross a fold the cloth finds a shape of less energy, in which they share it. Known of
-    hinges (Grinspun et al., Computing discrete shape operators on general meshes, 2006): it does
-    not vanish with the size of the cells. Measured for squares: 1.186 with cells of 10 mm, 1.201
-    of 5 mm, 1.210 of 2.5 mm.
+    Measured, in this order: axial 1.022, 1.013, 1.033, and 1.039 with cells of 2.5 mm;
+    circumferential 1.001, 0.985, 1.026, 1.040. Where the clamp is, between the rows, matters by
+    (h / L)^2 = 2 % in the coarse ones. Squares with diagonals that cross have 1.2.
     """
-    assert cantilever(shape, (cell, cell), 0.01, zigzag=False) == pytest.approx(1.2, abs=0.03)
+    ratio = cantilever(cells, edge, 0.002, kind, iterations)
+    assert 0.98 < ratio < 1.05
+
+
+@pytest.mark.parametrize("kind", ["axial", "circumferential"])
+@pytest.mark.parametrize("cells", [(12, 4), (12, 6)])
+def test_a_strip_cut_from_a_sleeve_bends_an_eighth_more_easily_between_couples(cells, kind):
+    """Four-point bending: curvature M / (D b (1 - nu^2)), with the triangles' nu of -1/3.
+
+    The strip is free to curve across too, by -nu times its curvature along: D b falls by 1 - 1/9.
+    Kirchhoff's plate with the fabric's nu has 1.099 here, our triangles 9/8, whatever the
+    direction. 2 % for the free edges, 0.05 of the Poisson's ratio.
+    """
+    edge, rigidity, curvature = 0.034, 0.02, 0.1
+    fabric = replace(FABRIC, bending_stiffness=rigidity)
+    mesh, step = beam_mesh(fabric, cells, edge, kind)
+    x, y = (mesh.vertices - mesh.vertices.mean(axis=0))[:, :2].T
+    strip = Strip(fabric, mesh, weightless=True)
+    force = curvature * rigidity / step  # a width
+    for side in (-1.0, 1.0):
+        for way, sign in ((0.0, 1.0), (step, -1.0)):
+            line = np.flatnonzero(np.abs(x - side * (x.max() - way)) < 1e-9)
+            strip.pull(line, np.outer(sign * force * shares(y[line]), Z))
+    strip.settle(1.5)
+    inner = np.abs(x) < x.max() - 2.5 * step
+    x, y = x[inner], y[inner]
+    shape = np.column_stack([np.ones_like(x), x, y, x * y, 0.5 * x**2, 0.5 * y**2])
+    along, across = np.linalg.lstsq(shape, strip.vertices[inner, 2], rcond=None)[0][-2:]
+    assert along / curvature == pytest.approx(9.0 / 8.0, rel=0.02)
+    assert across / along == pytest.approx(1.0 / 3.0, abs=0.05)
 
 
 # Friction and weight
@@ -270,68 +399,75 @@ def test_a_mesh_like_the_sleeves_bends_a_fifth_more_easily_whatever_its_size(sha
 FRICTION_ANGLE = np.arctan(FABRIC.friction)
 
 
-def sheet_on(incline):
-    """A sheet of 16 cm on the inclined plane."""
-    mesh = strip_mesh(FABRIC, 0.16 * X, 0.16 * Y, (5, 5), height=FABRIC.collision_radius)
+def sheet_on(incline, edge=SLEEVE.edge):
+    """A sheet of 17 cm on the inclined plane."""
+    across, along = round(0.17 / edge), round(0.17 / (edge * HEIGHT))
+    size = along * edge * HEIGHT * X, across * edge * Y
+    mesh = strip_mesh(FABRIC, *size, (along, across), height=0.5 * FABRIC.thickness)
     return Strip(FABRIC, mesh, incline=incline)
+
+
+def creep(load):
+    """How fast friction creeps that carries a load an area's mass [m/s^2], in m/s.
+
+    MuJoCo's friction is a damper. A contact of impedance d, as `SleeveConfig` has it, pushes
+    back with R f = b v per mass of its vertex, b = 2 / (d T), R = (1 - d) / d, impratio times less
+    for friction (the manual's chapter on computation). The discrete integrator evaluates damper
+    and spring at the end of the step, which divides the damper by 1 + h b, and R, the normal
+    direction's, by 1 + h b + h^2 k, with the spring's k = 1 / (d T^2).
+    """
+    d, time, h = SLEEVE.contact_impedance, SLEEVE.contact_time, SOLVER.timestep
+    b, k = 2.0 / (d * time), 1.0 / (d * time**2)
+    soft = (1.0 - d) / d / SOLVER.impratio
+    return soft * load / b * (1.0 + h * b) / (1.0 + h * b + h**2 * k)
 
 
 @pytest.mark.parametrize("beyond", [1.0, 3.0, 10.0])
 def test_cloth_slides_down_what_is_steeper_than_the_friction_angle(beyond):
     """Coulomb: a = g (sin - mu cos) of the incline; here 1, 3 and 10 degrees beyond atan(mu).
 
-    2 % of a at 3 and 10 degrees, and of the 3 degrees' a at 1 degree, for contacts that flicker
-    while the cloth slides.
+    Friction that slides is at the cone's edge, where it is exact: 0.1 % for the fit to the path.
     """
     incline = FRICTION_ANGLE + np.deg2rad(beyond)
     sheet = sheet_on(incline)
     history = np.array([(t, sheet.centre[0]) for t in sheet.run(1.5) if t > 0.5])
     acceleration = 2.0 * np.polyfit(*history.T, 2)[0]
     expected = GRAVITY * (np.sin(incline) - FABRIC.friction * np.cos(incline))
-    assert acceleration == pytest.approx(expected, rel=0.02, abs=0.01)
+    assert acceleration == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.parametrize("edge", [0.034, 0.017])
 @pytest.mark.parametrize("below", [1.0, 3.0, 10.0])
-def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(below):
+def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(below, edge):
     """Below atan(mu) friction carries m g sin of the incline, and nothing accelerates.
 
-    MuJoCo's friction is a damper: it creeps at v = (1 - d) / d * g sin / b, where d is the
-    contact's impedance and b = 2 / (d_max timeconst) its damping (the manual's chapter on
-    computation: R = (1 - d) / d A, a_ref = -b v, balance R f = b v of one vertex). The discrete
-    integrator adds damping that grows with step over timeconst, so v is a little less: 0.94 of
-    it with the contact's timeconst of 15 ms, 0.89 with 10 ms. Both are below 1 mm/s.
+    What is left is `creep`, 0.02 mm/s and less, the same in every mesh.
     """
     incline = FRICTION_ANGLE - np.deg2rad(below)
-    sheet = sheet_on(incline)
+    sheet = sheet_on(incline, edge)
     sheet.settle(0.5)
     history = np.array([(t, sheet.centre[0]) for t in sheet.run(1.0)])
     acceleration, speed = np.polyfit(*history.T, 2)[:2] * [2.0, 1.0]
-    assert abs(acceleration) < 1e-4
+    assert abs(acceleration) < 1e-6
     down, normal = GRAVITY * np.sin(incline), GRAVITY * np.cos(incline)
     np.testing.assert_allclose(
-        sheet.support_force, sheet.mesh.masses.sum() * np.array([down, 0.0, -normal]), atol=1e-5
+        sheet.support_force, sheet.mesh.masses.sum() * np.array([down, 0.0, -normal]), atol=1e-7
     )
-    contact = sheet.data.contact[0]
-    d0, d1, width = contact.solimp[:3]
-    depth = min(1.0, -contact.dist / width)
-    assert depth < 0.5
-    d = d0 + 2.0 * depth**2 * (d1 - d0)  # solimp's power 2 and midpoint 0.5
-    creep = (1.0 - d) / d * down * d1 * contact.solref[0] / 2.0
-    assert speed < 1e-3
-    assert 0.85 < speed / creep < 1.0
+    assert speed < 3e-5
+    assert speed == pytest.approx(creep(down), rel=1e-3)
 
 
 def test_the_sensor_below_a_sheet_at_rest_reads_its_weight():
     """Newton: the support carries m g. Nothing moves, so only the solver's tolerance is left."""
     sheet = sheet_on(0.0)
     sheet.settle(1.0)
-    np.testing.assert_allclose(sheet.support_force, [0.0, 0.0, -sheet.weight], atol=1e-5)
+    np.testing.assert_allclose(sheet.support_force, [0.0, 0.0, -sheet.weight], atol=1e-7)
 
 
 # Energy
 
 
-def stretching_energy(config, mesh, vertices):
+def stretching_energy(fabric, mesh, vertices):
     """St Venant-Kirchhoff's energy of a membrane in plane stress (the manual's flex elasticity)."""
     corners, now = mesh.vertices[mesh.triangles], vertices[mesh.triangles]
     rest = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
@@ -340,7 +476,7 @@ def stretching_energy(config, mesh, vertices):
     gradient = edges @ np.linalg.inv(rest[:, :2])
     strain = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(2))
     area = 0.5 * np.abs(np.linalg.det(rest[:, :2]))
-    k, nu = config.membrane_stiffness, config.poisson
+    k, nu = fabric.membrane_stiffness, fabric.poisson
     mu, plane = k / (2.0 * (1.0 + nu)), k * nu / (1.0 - nu**2)
     trace = np.trace(strain, axis1=1, axis2=2)
     return area @ (mu * np.einsum("nij,nij->n", strain, strain) + 0.5 * plane * trace**2)
@@ -352,24 +488,38 @@ class EnergyMeter:
     MuJoCo 4.0's own ``mjData.energy`` leaves out what a flex stores, so this one does not use it.
     """
 
-    def __init__(self, config, mesh):
-        self.bending = Strip(config, mesh, weightless=True, elasticity=1)
+    def __init__(self, strip):
+        self.strip = strip
+        self.gravity = -strip.model.opt.gravity[2]
+        self.bending = Strip(strip.fabric, strip.mesh, weightless=True, elasticity=1)
 
-    def elastic(self, strip):
+    def elastic(self):
         # The bending force is linear in the displacement, so its energy is -f u / 2.
-        bending = self.bending
+        bending, strip = self.bending, self.strip
         bending.data.qpos[:] = (strip.vertices - strip.mesh.vertices).ravel()
         mujoco.mj_forward(bending.model, bending.data)
         stored = -0.5 * bending.data.qpos @ bending.data.qfrc_spring
-        return stored + stretching_energy(strip.config, strip.mesh, strip.vertices)
+        return stored + stretching_energy(strip.fabric, strip.mesh, strip.vertices)
 
-    def total(self, strip):
+    def total(self):
+        strip = self.strip
         model, data = strip.model, strip.data
         mujoco.mj_kinematics(model, data)  # a step leaves the vertices where they were before it
         mujoco.mj_flex(model, data)
         kinetic = 0.5 * model.body_mass[model.dof_bodyid] @ data.qvel**2
         height = strip.mesh.masses @ strip.vertices[:, 2]
-        return kinetic + GRAVITY * height + self.elastic(strip)
+        return kinetic + self.gravity * height + self.elastic()
+
+    def losses(self, seconds):
+        """Simulate, and return how much energy each step loses, (n_steps,) [J]."""
+        energies = [self.total()]
+        energies += [self.total() for _ in self.strip.run(seconds)]
+        return -np.diff(energies)
+
+
+def cloth_of(fabric):
+    """A piece of cloth of 20 cm x 10 cm with triangles like a sleeve's, the short edges first."""
+    return strip_mesh(fabric, 0.2 * X, 0.1 * Y, (7, 3))
 
 
 def crumple(strip, rng):
@@ -379,8 +529,8 @@ def crumple(strip, rng):
 
 def test_the_forces_of_the_cloth_are_the_gradient_of_its_energy(rng):
     """f = -dE/dx, by central differences: the energies below are those that MuJoCo integrates."""
-    mesh = strip_mesh(FABRIC, 0.2 * X, 0.1 * Y, (9, 5))
-    strip, meter = Strip(FABRIC, mesh), EnergyMeter(FABRIC, mesh)
+    strip = Strip(FABRIC, cloth_of(FABRIC))
+    meter = EnergyMeter(strip)
     crumple(strip, rng)
     force, start = strip.data.qfrc_spring.copy(), strip.data.qpos.copy()
     for _ in range(5):
@@ -388,50 +538,71 @@ def test_the_forces_of_the_cloth_are_the_gradient_of_its_energy(rng):
         for step in (-1e-6, 1e-6):
             strip.data.qpos[:] = start + step * direction
             mujoco.mj_forward(strip.model, strip.data)
-            energies.append(meter.elastic(strip))
+            energies.append(meter.elastic())
         assert np.diff(energies)[0] / 2e-6 == pytest.approx(-force @ direction, rel=1e-5)
 
 
 @pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])
-@pytest.mark.parametrize("thrown", [True, False])
-def test_energy_never_grows_without_contacts(thrown, damping, rng):
-    """First law: with gravity and elasticity alone, the total cannot grow, in no single step.
-
-    Once crumpled and thrown, spinning; once let go from the horizontal, held at one edge. Without
-    damping only the integrator dissipates: a step of free fall loses m g^2 h^2 / 2 (v and then x
-    are updated), and a spring what the backward Euler method loses.
-    """
+def test_a_cloth_that_is_let_go_from_the_horizontal_never_gains_energy(damping):
+    """First law: with gravity and elasticity alone, the total cannot grow, in no single step."""
     fabric = replace(FABRIC, damping=damping)
-    mesh = strip_mesh(fabric, 0.2 * X, 0.1 * Y, (9, 5))
-    strip = Strip(fabric, mesh, None if thrown else dict.fromkeys(range(5), "xyz"))
-    meter = EnergyMeter(fabric, mesh)
-    if thrown:
-        spin = 2.0 * Z + np.cross([1.0, 5.0, 3.0], mesh.vertices)
-        strip.data.qvel[:] = (rng.normal(0.0, 0.5, spin.shape) + spin).ravel()
-        crumple(strip, rng)
-    energies = [meter.total(strip)]
-    energies += [meter.total(strip) for _ in strip.run(2.0)]
-    lost = -np.diff(energies)
-    assert np.all(lost > 0.0)
-    if thrown:
-        # In the end only the free fall's loss is left, and what still makes the cloth quiver.
-        step = strip.model.opt.timestep
-        falling = 0.5 * strip.weight * GRAVITY * step**2
-        assert lost[-100:].mean() == pytest.approx(falling, rel=0.05)
+    mesh = cloth_of(fabric)
+    held = np.flatnonzero(mesh.vertices[:, 0] < 1e-9).tolist()
+    losses = EnergyMeter(Strip(fabric, mesh, dict.fromkeys(held, "xyz"))).losses(2.0)
+    assert np.all(losses > 0.0)
+
+
+@pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_crumpled_cloth_that_is_thrown_spinning_never_gains_energy(seed, damping):
+    """As above. In the end only the integrator dissipates: a step of free fall loses m g^2 h^2 / 2
+    (v and then x are updated), 1 % more for what still makes the cloth quiver.
+
+    Vertices get 0.3 m/s each way besides, which strains an edge by a tenth in a step. There is a
+    limit: at 0.5 m/s, and with damping, 5 of 20 throws gain energy in their first step of 10 ms
+    (of 5 ms, none; without damping, none at 1 m/s either), since the step's damping is that of the
+    shape before it. A dressing robot moves at 0.25 m/s as a whole.
+    """
+    rng = np.random.default_rng(seed)
+    fabric = replace(FABRIC, damping=damping)
+    strip = Strip(fabric, cloth_of(fabric))
+    spin = 2.0 * Z + np.cross([1.0, 5.0, 3.0], strip.mesh.vertices)
+    strip.data.qvel[:] = (rng.normal(0.0, 0.3, spin.shape) + spin).ravel()
+    crumple(strip, rng)
+    losses = EnergyMeter(strip).losses(2.0)
+    assert np.all(losses > 0.0)
+    falling = 0.5 * strip.weight * GRAVITY * strip.model.opt.timestep**2
+    assert losses[-100:].mean() == pytest.approx(falling, rel=0.01)
+
+
+@pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])
+@pytest.mark.parametrize("strain", [-0.3, 0.05, 0.3])
+def test_a_stretched_cloth_that_snaps_back_never_gains_energy(strain, damping, rng):
+    """As above, as when a sleeve slips off an elbow; a verdict allows 0.3."""
+    fabric = replace(FABRIC, damping=damping)
+    strip = Strip(fabric, cloth_of(fabric), weightless=True)
+    crumple(strip, rng)
+    strip.data.qpos[0::3] += strain * strip.mesh.vertices[:, 0]
+    mujoco.mj_forward(strip.model, strip.data)
+    meter = EnergyMeter(strip)
+    stored = meter.total()
+    losses = meter.losses(0.5)
+    assert np.all(losses > 0.0)
+    assert losses.sum() > 0.99 * stored
 
 
 # A sleeve on an arm
 
 
-@pytest.fixture(scope="module")
-def resting(tmp_path_factory):
+@pytest.fixture(scope="module", params=[0.0, 0.25], ids=["sleeve", "with the shirt's body"])
+def resting(request, tmp_path_factory):
     """30 s of a sleeve that lies loose on an upper arm, 2 degrees from the horizontal."""
     posture = Posture("level", flexion_deg=88.0, abduction_deg=0.0, rotation_deg=0.0, elbow_deg=0.0)
-    config = WorldConfig()
+    config = WorldConfig(sleeve=SleeveConfig(garment=Garment(body=request.param)))
     q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
-    folder = tmp_path_factory.mktemp("resting")
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)  # MuJoCo leaves its log of warnings in the current folder
+        # MuJoCo leaves its log of warnings in the current folder.
+        patch.chdir(tmp_path_factory.mktemp("resting"))
         world = World(posture, config, q)
         # Push the sleeve up the straight arm, from the wrist to near the shoulder, and let go.
         push = posture.elbow + 0.85 * (posture.shoulder - posture.elbow) - posture.wrist
@@ -439,40 +610,55 @@ def resting(tmp_path_factory):
             for axis, shift in zip("xyz", push, strict=True):
                 world.data.joint(f"{vertex_body(vertex)}_{axis}").qpos[0] += shift
         world.release()
-        axis, rings = ArmAxis.of(posture), (-1, config.sleeve.vertices_around, 3)
-        times, coordinates, windings, forces = [], [], [], []
+        axis, history = ArmAxis.of(posture), []
         while world.time < 30.0:
-            world.step()
-            cloth = world.cloth.reshape(rings)
-            times.append(world.time)
-            coordinates.append(axis.coordinate(cloth[0]).mean())
-            windings.append(axis.winding(cloth))
-            forces.append(sum(world.link_force(link) for link in LINKS))
+            for _ in range(10):
+                before = world.cloth
+                world.step()
+            rings = world.mesh.rings(world.cloth)
+            history.append(
+                (
+                    world.time,
+                    axis.coordinate(rings[0]).mean(),
+                    np.all(axis.winding(rings) == 1),
+                    np.linalg.norm(world.cloth - before, axis=1).max() / config.solver.timestep,
+                    *sum(world.link_force(link) for link in LINKS),
+                )
+            )
     assert world.void_reason is None
-    return world, np.array(times), np.array(coordinates), np.array(windings), np.array(forces)
+    return world, *np.split(np.array(history), [1, 2, 3, 4], axis=1)
 
 
 def test_a_sleeve_at_rest_does_not_creep_off(resting):
     """Friction holds on 2 degrees, far below atan(mu) = 17, but for the creep of soft friction.
 
-    What is left is the creep (see the incline): (1 - d) / d * g sin / b is 0.13 mm/s with the
-    contact's d = 0.95 and timeconst of 15 ms, 3.7 mm in the 28 s after settling. Less, since a
-    vertex has several contacts here, each a damper: 2 mm measured, 3 mm allowed.
+    In 28 s `creep` is 0.09 mm of a vertex that carries its own weight; less of one with several
+    contacts, each a damper (measured: 0.04 mm). Vertices beside the shirt's body carry its weight
+    too, five times their own: 0.4 mm are allowed (measured: 0.06 mm).
     """
-    world, times, coordinates, windings, _ = resting
+    world, times, coordinates, on, _, _ = resting
     settled = times >= 2.0
     way = np.ptp(coordinates[settled]) * world.posture.arm_size.upper_arm_length
-    assert way < 3e-3
-    assert np.all(windings[settled] == 1)
+    allowed = 28.0 * creep(GRAVITY * np.sin(np.deg2rad(2.0)))
+    assert way < (5.0 if world.config.sleeve.garment.body else 1.0) * allowed
+    assert np.all(on[settled])
     assert coordinates[-1] > 1.5
 
 
-def test_the_sensors_of_the_arm_read_the_weight_of_a_sleeve_at_rest(resting):
-    """Newton: the links together carry m g, in the mean over 28 s.
+def test_a_sleeve_comes_to_rest(resting):
+    """But for the `creep` of what lies on the steep trunk: its fastest vertex, in the last 10 s.
 
-    A single reading scatters by 1 % as the cloth sways (measured), their mean by far less.
+    A vertex that carries its own weight down a vertical creeps with 0.09 mm/s.
     """
-    world, times, _, _, forces = resting
+    _, times, _, _, speeds, _ = resting
+    assert speeds[times >= 20.0].max() < 2.0 * creep(GRAVITY)
+    assert speeds[times >= 8.0].max() < 1e-3
+
+
+def test_the_arms_links_together_carry_the_weight_of_a_sleeve_at_rest(resting):
+    """Newton, in every reading: what moves at 1 mm/s or less needs no force to speak of."""
+    world, times, _, _, _, forces = resting
     weight = world.mesh.masses.sum() * GRAVITY
-    mean = forces[times >= 2.0].mean(axis=0) / weight
-    assert mean[2] == pytest.approx(-1.0, abs=0.003)
+    settled = forces[times[:, 0] >= 8.0] / weight
+    np.testing.assert_allclose(settled.mean(axis=0), [0.0, 0.0, -1.0], atol=1e-5)
+    np.testing.assert_allclose(settled, np.tile([0.0, 0.0, -1.0], (len(settled), 1)), atol=2e-3)

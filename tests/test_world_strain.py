@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from dressing_sim.world.garment import Garment
 from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, sleeve_mesh
 from dressing_sim.world.strain import StrainGauge
 
@@ -11,14 +12,15 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def sleeve():
-    return sleeve_mesh(SleeveConfig(), np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
+    config = SleeveConfig(garment=Garment(body=0.25))
+    return sleeve_mesh(config, np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
 
 
 def flat(corners, triangles):
     """A mesh in the plane z = 0."""
     vertices = np.column_stack([corners, np.zeros(len(corners))])
-    none = np.zeros(0)
-    return SleeveMesh(vertices, np.array(triangles, dtype=np.int32), none, none.astype(np.int32))
+    masses, gripped = np.zeros(0), np.zeros(0, dtype=np.int32)
+    return SleeveMesh(vertices, np.array(triangles, dtype=np.int32), masses, gripped, 0, 0)
 
 
 def random_triangles(seed, count=10):

@@ -50,6 +50,14 @@ class SleeveConfig:
                 raise InvalidInputError(
                     f"sleeve: {name} is {getattr(self, name)}, valid is between 0 and 1"
                 )
+        for name, most in (
+            ("grip_width", 0.5 * self.garment.armscye_circumference),
+            ("grip_depth", self.garment.length),
+        ):
+            if not getattr(self, name) < most:
+                raise InvalidInputError(
+                    f"sleeve: {name} is {getattr(self, name)}, valid for this garment is < {most:g}"
+                )
         if len(self.grasp_offset) != 3 or not np.isfinite(self.grasp_offset).all():
             raise InvalidInputError(
                 f"sleeve: grasp_offset is {self.grasp_offset}, valid is three lengths in metres"
@@ -127,7 +135,7 @@ def sleeve_mesh(
     even = _graded(patch, wide, 2.0 * np.pi, around)
     even = np.roll(even[:-1] - 0.5 * patch, -(wide // 2))
     odd = even + 0.5 * (np.roll(even, -1) - even) % np.pi
-    deep = max(1, round(config.grip_depth / garment.length * (along - 1)))
+    deep = min(max(1, round(config.grip_depth / garment.length * (along - 1))), along - 2)
     distance = _graded(config.grip_depth, deep, garment.length, along - 1)
 
     side = np.cross(axis, up)
@@ -156,9 +164,10 @@ def sleeve_mesh(
     # The shirt's body goes on beyond the lower half of the armscye.
     below = np.flatnonzero(np.cos(even) < 1e-9)
     before = below
-    for number in range(1, round(garment.body / (config.edge * np.sqrt(0.75))) + 1):
+    body_rows = max(1, round(garment.body / (config.edge * np.sqrt(0.75))))
+    for number in range(1, body_rows + 1 if garment.body else 1):
         angles = even[below] if number % 2 == 0 else odd[below[:-1]]
-        at = -number * config.edge * np.sqrt(0.75)
+        at = -garment.body * number / body_rows
         now = np.arange(len(angles)) + sum(map(len, rows))
         rows.append(row(angles, radius(garment.armscye_circumference, even), at))
         wider, narrower = (before, now) if number % 2 else (now, before)
