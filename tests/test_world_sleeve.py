@@ -4,7 +4,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from dressing_sim.errors import InvalidInputError
@@ -249,6 +249,7 @@ def test_a_grip_larger_than_the_garment_is_an_error_that_names_it(name):
 
 
 @given(sleeves, edges, st.floats(0.05, 0.95), st.floats(0.05, 0.95))
+@example(Garment(length=0.1), 0.045, 0.95, 0.95)
 def test_however_large_the_grip_the_sleeve_keeps_its_length_and_its_rings(garment, edge, w, d):
     width, depth = 0.5 * w * garment.armscye_circumference, d * garment.length
     config = SleeveConfig(garment=garment, edge=edge, grip_width=width, grip_depth=depth)
