@@ -19,6 +19,8 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.evaluate import evaluate
     from dressing_sim.commands.learn import learn
     from dressing_sim.commands.replay import replay
+    from dressing_sim.commands.thresholds import thresholds
+    from dressing_sim.commands.validate import validate
     from dressing_sim.planar.command import planar
 
     return {
@@ -27,6 +29,8 @@ def _commands() -> dict[str, Any]:
         "demonstrate": demonstrate,
         "learn": learn,
         "dress": dress,
+        "validate": validate,
+        "thresholds": thresholds,
         "planar": planar,
         "doctor": doctor,
     }

@@ -10,7 +10,17 @@ from dressing_sim.demonstration import load_demonstrations, save_demonstrations
 from dressing_sim.judge import Failure, Outcome
 from dressing_sim.learning import load_model
 
-COMMANDS = ("evaluate", "replay", "demonstrate", "learn", "dress", "planar", "doctor")
+COMMANDS = (
+    "evaluate",
+    "replay",
+    "validate",
+    "thresholds",
+    "demonstrate",
+    "learn",
+    "dress",
+    "planar",
+    "doctor",
+)
 
 
 @pytest.fixture(autouse=True)

@@ -1,0 +1,263 @@
+"""Do verdicts come from the arm and the cloth, or from the solver? A convergence study.
+
+The same postures and paths are simulated with coarser and finer meshes, longer and shorter steps,
+and other solvers; every verdict is compared with that of the finest settings.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.executors import Workers, completed
+from dressing_sim.benchmark.plan import posture_seed
+from dressing_sim.episode import DEFAULT_PATH_DT, Episode, EpisodeConfig
+from dressing_sim.judge import Outcome
+from dressing_sim.operator import Operator
+from dressing_sim.world.scene import grip_start
+
+#: The least share of verdicts in which the default settings must agree with the finest.
+REQUIRED_AGREEMENT = 0.95
+
+#: Settings that all others are compared with, and those that every episode has otherwise.
+FINEST, DEFAULT = "finest", "default"
+
+#: Told about progress: the stage, how much of it is done, how much there is, and nothing.
+Progress = Callable[[str, int, int, Sequence[Any]], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One row of the table.
+
+    Attributes:
+        name: What it is called.
+        what: How it differs from the default.
+        config: World, robot and rules.
+    """
+
+    name: str
+    what: str
+    config: EpisodeConfig
+
+
+def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
+    """The default, the finest, and one change at a time between and beyond them."""
+    base = default or EpisodeConfig()
+
+    def change(name: str, what: str, solver: Mapping[str, Any], **sleeve: Any) -> Setting:
+        world = replace(
+            base.world,
+            solver=replace(base.world.solver, **solver),
+            sleeve=replace(base.world.sleeve, **sleeve),
+        )
+        return Setting(name, what, replace(base, world=world))
+
+    step, edge = base.world.solver.timestep, base.world.sleeve.edge
+    return (
+        change(DEFAULT, f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, Newton, 1e-8", {}),
+        change(
+            FINEST,
+            f"edges 24 mm, {500 * step:g} ms, tolerance 1e-10, 100 iterations",
+            {"timestep": step / 2, "tolerance": 1e-10, "iterations": 100},
+            edge=0.024,
+        ),
+        change("coarse mesh", "edges 40 mm", {}, edge=0.040),
+        change("fine mesh", "edges 29 mm", {}, edge=0.029),
+        change("half step", f"{500 * step:g} ms", {"timestep": step / 2}),
+        change("double step", f"{2000 * step:g} ms", {"timestep": 2 * step}),
+        change("few iterations", "10 at most", {"iterations": 10}),
+        change("many iterations", "200 at most", {"iterations": 200}),
+        change("loose tolerance", "1e-6", {"tolerance": 1e-6}),
+        change("tight tolerance", "1e-10", {"tolerance": 1e-10}),
+        change("CG", "conjugate gradients, 500 iterations", {"solver": "CG", "iterations": 500}),
+        change("soft contact", "impedance 0.975", {}, contact_impedance=0.975),
+        change("hard contact", "impedance 0.995", {}, contact_impedance=0.995),
+    )
+
+
+#: How far below or above the operator's path the two wrong ones are [m].
+_LOWER, _HIGHER = 0.06, 0.12
+
+PATHS = ("expert", "straight", "too low", "too high")
+
+
+def path_of(
+    kind: str, posture: Posture, start: NDArray[np.float64], seed: int
+) -> tuple[NDArray[np.float64], float]:
+    """A path of the study, which does not depend on what is simulated.
+
+    Args:
+        kind: One of `PATHS`: the operator's; straight from the start to the operator's end, at
+            0.1 m/s; and the operator's, lowered or raised after its first quarter.
+        posture: The arm.
+        start: Gripper (3,), in the robot's base frame [m].
+        seed: Of the operator's variability.
+
+    Returns:
+        Positions, shape (n, 3) [m], and the time between two of them [s].
+    """
+    operator = Operator()
+    path = operator.path(posture, start, np.random.default_rng(seed))
+    if kind == "straight":
+        length = float(np.linalg.norm(path[-1] - start))
+        fraction = np.linspace(0.0, 1.0, max(2, round(length / 0.1 / DEFAULT_PATH_DT)))
+        return start + fraction[:, None] * (path[-1] - start), DEFAULT_PATH_DT
+    shift = {"expert": 0.0, "too low": -_LOWER, "too high": _HIGHER}[kind]
+    ramp = np.clip(np.linspace(0.0, 4.0, len(path)), 0.0, 1.0)
+    return path + shift * ramp[:, None] * np.array([0.0, 0.0, 1.0]), operator.config.dt
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One simulated episode of the study.
+
+    Attributes:
+        setting: Name of its settings.
+        path: One of `PATHS`.
+        posture: Name of the posture.
+        outcome: The verdict.
+        seconds: What it cost [s of CPU].
+    """
+
+    setting: str
+    path: str
+    posture: str
+    outcome: Outcome
+    seconds: float
+
+
+def simulate(setting: Setting, kind: str, posture: Posture, seed: int) -> Trial:
+    """Simulate one episode of the study."""
+    begun = time.process_time()
+    episode = Episode(posture, setting.config)
+    # Not where the gripper has settled to: that depends, if little, on the settings.
+    start = grip_start(posture, setting.config.world.sleeve)
+    path, dt = path_of(kind, posture, start, posture_seed(seed, posture))
+    outcome = episode.follow(path, dt).outcome
+    return Trial(setting.name, kind, posture.name, outcome, time.process_time() - begun)
+
+
+def validate(
+    postures: Sequence[Posture],
+    chosen: Sequence[Setting],
+    workers: Workers,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> list[Trial]:
+    """Simulate every posture with every path and all settings.
+
+    Returns:
+        The trials, by setting, path and posture, in the order given.
+    """
+    calls = [
+        ((setting.name, kind, posture.name), (setting, kind, posture, seed))
+        for setting in chosen
+        for kind in PATHS
+        for posture in postures
+    ]
+    trials: dict[tuple[str, str, str], Trial] = {}
+    for key, future in completed(workers, simulate, calls):
+        trials[key] = future.result()
+        if progress is not None:
+            progress("episodes", len(trials), len(calls), ())
+    return [trials[key] for key, _ in calls]
+
+
+def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any]:
+    """The table: every setting against the finest.
+
+    Returns:
+        ``{"rows": [...], "differing": [...], "agreement": ..., "required": ..., "passed": ...}``;
+        shares from 0 to 1, times relative to the default's. Differences of figures are medians of
+        absolute differences over the episodes. An episode that is void in either counts as
+        disagreement.
+    """
+    by_setting = {
+        setting.name: {(t.path, t.posture): t for t in trials if t.setting == setting.name}
+        for setting in chosen
+    }
+    finest = by_setting[FINEST]
+    cost = _median([t.seconds for t in by_setting[DEFAULT].values()])
+    rows: list[dict[str, Any]] = []
+    differing: list[dict[str, Any]] = []
+    for setting in chosen:
+        own = by_setting[setting.name]
+        agree = [_agree(own[key].outcome, finest[key].outcome) for key in finest]
+        rows.append(
+            {
+                "setting": setting.name,
+                "what": setting.what,
+                "n_episodes": len(own),
+                "n_success": sum(t.outcome.success for t in own.values()),
+                "n_void": sum(t.outcome.void is not None for t in own.values()),
+                "n_agree": sum(agree),
+                "agreement": float(np.mean(agree)),
+                "same_reasons": float(
+                    np.mean([own[k].outcome.reasons == finest[k].outcome.reasons for k in finest])
+                ),
+                **{
+                    f"difference_{name}": _median(
+                        [
+                            abs(own[k].outcome.figures[name] - finest[k].outcome.figures[name])
+                            for k in finest
+                            if name in own[k].outcome.figures and name in finest[k].outcome.figures
+                        ]
+                    )
+                    for name in ("strain", "grip_force", "armscye_s")
+                },
+                "relative_cost": _median([t.seconds for t in own.values()]) / cost,
+            }
+        )
+        if setting.name != FINEST:
+            differing += [
+                _difference(own[key], finest[key])
+                for key, same in zip(finest, agree, strict=True)
+                if not same
+            ]
+    agreement: float = next(row["agreement"] for row in rows if row["setting"] == DEFAULT)
+    return {
+        "agreement": agreement,
+        "required": REQUIRED_AGREEMENT,
+        "passed": agreement >= REQUIRED_AGREEMENT,
+        "rows": rows,
+        "differing": differing,
+    }
+
+
+def _agree(one: Outcome, other: Outcome) -> bool:
+    return one.void is None and other.void is None and one.success == other.success
+
+
+def _difference(own: Trial, finest: Trial) -> dict[str, Any]:
+    return {
+        "setting": own.setting,
+        "path": own.path,
+        "posture": own.posture,
+        "verdict": _verdict(own.outcome),
+        "finest": _verdict(finest.outcome),
+        "margins": _margins(own.outcome),
+        "finest_margins": _margins(finest.outcome),
+    }
+
+
+def _verdict(outcome: Outcome) -> str:
+    if outcome.void is not None:
+        return f"void: {outcome.void}"
+    return "success" if outcome.success else ", ".join(outcome.reasons)
+
+
+def _margins(outcome: Outcome) -> dict[str, float]:
+    """Figures that thresholds are set on."""
+    names = ("strain", "grip_force", "armscye_s", "gripper_distance", "hit_force")
+    return {name: outcome.figures[name] for name in names if name in outcome.figures}
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if values else float("nan")

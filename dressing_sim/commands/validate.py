@@ -1,0 +1,77 @@
+"""``dressing-sim validate``: do verdicts depend on the solver?"""
+
+from __future__ import annotations
+
+import json as json_format
+import shlex
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import check_writable
+
+
+def validate(
+    suite: str = "val50",
+    postures: int = 15,
+    only: str | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    out: Path = Path("results/validate"),
+    json: bool = False,
+) -> None:
+    """Compare verdicts over mesh, time step, iterations, tolerance and solver.
+
+    Four paths (the operator's, a straight one, one too low, one too high) on each posture, with
+    thirteen settings, against the finest of them. Half an hour on two cores. Exit code 1 if the
+    default settings agree with the finest on less than 95 % of verdicts. Writes summary.json,
+    episodes.jsonl, report.md and convergence.svg.
+
+    For example: dressing-sim validate --json
+
+    Or: dressing-sim validate --postures 5 --only "coarse mesh,double step"
+
+    Args:
+        suite: postures: a name, a JSON file, or random:N.
+        postures: how many of them, from the first.
+        only: settings to try besides the default and the finest, separated by commas.
+        seed: of the operator's variability.
+        workers: processes, as many as processors unless given; verdicts do not depend on it.
+        out: folder for the results.
+        json: print the summary as JSON, and nothing else, to standard output.
+    """
+    from dressing_sim.benchmark.executors import Processes
+    from dressing_sim.benchmark.progress import show_progress
+    from dressing_sim.benchmark.suites import load_suite
+    from dressing_sim.benchmark.validation import DEFAULT, FINEST, compare, settings
+    from dressing_sim.benchmark.validation import validate as study
+    from dressing_sim.benchmark.validation_report import validation_table, write_validation
+
+    workers = processors() if workers is None else workers
+    check_positive("workers", workers)
+    check_positive("postures", postures)
+    check_seed(seed)
+    chosen = settings()
+    if only is not None:
+        names = [name.strip() for name in only.split(",") if name.strip()]
+        unknown = sorted(set(names) - {setting.name for setting in chosen})
+        if unknown:
+            valid = ", ".join(setting.name for setting in chosen)
+            raise InvalidInputError(f"unknown setting {unknown[0]!r}; valid is one of {valid}")
+        chosen = tuple(s for s in chosen if s.name in {DEFAULT, FINEST, *names})
+    arms = load_suite(suite)[:postures]
+    check_writable(out / "report.md")
+    with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
+        trials = study(arms, chosen, crew, seed, progress)
+    summary = compare(trials, chosen)
+    write_validation(out, trials, summary, f"dressing-sim {shlex.join(sys.argv[1:])}".strip())
+    if json:
+        print(json_format.dumps(summary, indent=2))
+    else:
+        print_table(validation_table(summary))
+        print(f"written to {out}/: report.md, convergence.svg, summary.json, episodes.jsonl")
+    if not summary["passed"]:
+        raise SystemExit(1)

@@ -1,0 +1,149 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.validation import (
+    DEFAULT,
+    FINEST,
+    PATHS,
+    Setting,
+    Trial,
+    compare,
+    path_of,
+    settings,
+)
+from dressing_sim.benchmark.validation_report import (
+    convergence_figure,
+    validation_markdown,
+    validation_table,
+    write_validation,
+)
+from dressing_sim.episode import EpisodeConfig
+from dressing_sim.judge import Failure, Outcome
+from dressing_sim.settings import to_plain
+from dressing_sim.world.scene import grip_start
+
+POSTURE = Posture("p", flexion_deg=70.0, abduction_deg=20.0, rotation_deg=30.0, elbow_deg=40.0)
+CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in (DEFAULT, FINEST, "coarse mesh"))
+STUCK = (Failure("stuck", "at the elbow"),)
+
+
+def outcome(failures=(), strain=0.1, void=None):
+    figures = {"strain": strain, "grip_force": 10 * strain, "armscye_s": 2.0}
+    return Outcome(not failures and void is None, failures, figures, void)
+
+
+def trials(n=10, seconds=1.0, **changed):
+    """All succeed, but `changed` maps a setting's name to {posture number: outcome}."""
+    made = []
+    for setting in CHOSEN:
+        other = changed.get(setting.name.split()[0], {})
+        made += [
+            Trial(setting.name, kind, f"p{i}", other.get(i, outcome()), seconds)
+            for kind in PATHS
+            for i in range(n)
+        ]
+    return made
+
+
+def row(summary, name):
+    return next(row for row in summary["rows"] if row["setting"] == name)
+
+
+def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_one_at_a_time():
+    default, *others = settings()
+    assert default.config == EpisodeConfig()
+    plain = to_plain(default.config)
+    changed = set()
+    for other in others:
+        theirs = to_plain(other.config)
+        different = {
+            key
+            for part in ("solver", "sleeve")
+            for key in plain["world"][part]
+            if plain["world"][part][key] != theirs["world"][part][key]
+        }
+        assert different
+        if other.name not in (FINEST, "CG"):
+            assert len(different) == 1
+        changed |= different
+    assert {"timestep", "edge", "iterations", "tolerance", "solver"} <= changed
+    edges = {s.name: s.config.world.sleeve.edge for s in settings()}
+    assert edges["coarse mesh"] > edges[DEFAULT] > edges["fine mesh"] > edges[FINEST]
+
+
+def test_paths_are_the_operators_straight_lower_and_higher():
+    start = grip_start(POSTURE, EpisodeConfig().world.sleeve)
+    paths = {kind: path_of(kind, POSTURE, start, 3)[0] for kind in PATHS}
+    expert = paths["expert"]
+    for path in paths.values():
+        np.testing.assert_allclose(path[0], start)
+    np.testing.assert_allclose(paths["straight"][-1], expert[-1])
+    way = paths["straight"] - start
+    assert np.linalg.norm(np.cross(way, way[-1]), axis=1).max() < 1e-12
+    half = len(expert) // 2
+    assert np.all(paths["too low"][half:, 2] < expert[half:, 2] - 0.05)
+    assert np.all(paths["too high"][half:, 2] > expert[half:, 2] + 0.1)
+
+
+def test_agreement_is_the_share_of_equal_verdicts():
+    summary = compare(trials(default={3: outcome(STUCK)}), CHOSEN)
+    assert row(summary, DEFAULT)["n_agree"] == 36
+    assert summary["agreement"] == pytest.approx(0.9)
+    assert not summary["passed"]
+    assert row(summary, "coarse mesh")["agreement"] == 1.0
+    assert [(d["setting"], d["posture"], d["verdict"]) for d in summary["differing"]] == [
+        (DEFAULT, "p3", "stuck")
+    ] * 4
+    assert compare(trials(20, default={3: outcome(STUCK)}), CHOSEN)["passed"]
+
+
+def test_other_reasons_for_the_same_verdict_agree_but_are_counted():
+    summary = compare(
+        trials(finest={0: outcome(STUCK)}, default={0: outcome((Failure("hit", "x"),))}), CHOSEN
+    )
+    assert summary["agreement"] == 1.0
+    assert row(summary, DEFAULT)["same_reasons"] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("name", ["default", "finest"])
+def test_a_void_episode_disagrees(name):
+    summary = compare(trials(**{name: {0: outcome(void="solver warning")}}), CHOSEN)
+    assert summary["agreement"] == pytest.approx(0.9)
+    assert row(summary, name)["n_void"] == 4
+
+
+def test_differences_are_medians_and_costs_relative():
+    slow = [
+        replace(t, seconds=3.0, outcome=outcome(strain=0.12)) if t.setting == FINEST else t
+        for t in trials()
+    ]
+    summary = compare(slow, CHOSEN)
+    assert row(summary, DEFAULT)["difference_strain"] == pytest.approx(0.02)
+    assert row(summary, DEFAULT)["difference_grip_force"] == pytest.approx(0.2)
+    assert row(summary, FINEST)["relative_cost"] == pytest.approx(3.0)
+    assert row(summary, DEFAULT)["relative_cost"] == 1.0
+
+
+def test_the_report_says_what_the_summary_says(tmp_path):
+    made = trials(default={3: outcome(STUCK, strain=0.4)})
+    summary = compare(made, CHOSEN)
+    write_validation(tmp_path, made, summary, "the command")
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == len(made)
+    text = (tmp_path / "report.md").read_text()
+    assert "do NOT agree" in text
+    assert "36 / 40 (90 %)" in text
+    assert text.count("| default | straight | p3 | stuck | success | 0.40 against 0.10 |") == 1
+    assert [line[0] for line in validation_table(summary)[1:]] == [s.name for s in CHOSEN]
+    assert "None." in validation_markdown(compare(trials(), CHOSEN), "")
+
+
+def test_the_picture_is_the_same_each_time():
+    made = trials()
+    picture = convergence_figure(made)
+    assert picture.startswith("<?xml")
+    assert picture == convergence_figure(made)
