@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from dressing_sim.judge import Failure, Outcome, ProtectiveStop, Thresholds, jud
 from dressing_sim.learning import Policy
 from dressing_sim.meter import Meter
 from dressing_sim.operator import Operator
+from dressing_sim.paths import checked_path, policy_path
 from dressing_sim.settings import from_plain, to_plain
 from dressing_sim.trace import Trace
 from dressing_sim.world.scene import WorldConfig, grip_start
@@ -166,29 +166,21 @@ class Episode:
     def play(self, trajectory: JointTrajectory, observer: Observer | None = None) -> Recording:
         """Play joint commands, hold the last one, and judge what happens."""
         config, dt = self.config, trajectory.dt
-        n_hold = round(config.hold / dt)
-        n_limit = round(config.time_limit / dt)
-        held = np.repeat(trajectory.positions[-1:], n_hold, axis=0)
-        commands = np.vstack([trajectory.positions, held])[: n_limit + 1]
+        n_hold, n_limit = round(config.hold / dt), round(config.time_limit / dt)
+        commands = np.pad(trajectory.positions, ((0, n_hold), (0, 0)), mode="edge")[: n_limit + 1]
+        velocities = np.diff(commands, axis=0, prepend=commands[:1]) / dt
+        references = np.stack([commands, velocities], axis=1)
         finished = len(trajectory.positions) + n_hold <= n_limit + 1
         meter = Meter(self.world, config.thresholds.strain_percentile)
-        watch, stopped = ProtectiveStop(config.thresholds, dt), False
+        watch, stopped, void = ProtectiveStop(config.thresholds, dt), False, None
         positions = [self.start]
-        velocity = np.zeros_like(commands[0])
-        for row in range(1, len(commands)):
-            before, after = commands[row - 1], commands[row]
-            earlier, velocity = velocity, (after - before) / dt
+        for row in range(1, len(references)):
+            before, after = references[row - 1 : row + 1]
             for step in range(1, self._substeps + 1):
-                share = step / self._substeps
-                self.world.command(
-                    before + share * (after - before), earlier + share * (velocity - earlier)
-                )
+                self.world.command(*(before + step / self._substeps * (after - before)))
                 self.world.step()
                 meter.feel()
             void = self.world.void_reason
-            if void is not None and not stopped:
-                outcome = Outcome(False, void=void)
-                return Recording(outcome, None, trajectory, np.array(positions), finished)
             if void is not None:
                 break
             target = trajectory.targets[min(row, len(trajectory.targets) - 1)]
@@ -198,32 +190,12 @@ class Episode:
                 observer(self.world)
             if stopped and config.protective_stop:
                 break
-        trace = meter.trace(dt)
-        outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
+        if void is not None and not stopped:
+            trace, outcome = None, Outcome(False, void=void)
+        else:
+            trace = meter.trace(dt)
+            outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
         return Recording(outcome, trace, trajectory, np.array(positions), finished)
-
-
-def checked_path(path: object, name: str) -> NDArray[np.float64]:
-    """A policy's path as an array, once it is one.
-
-    Raises:
-        InvalidInputError: It is not of shape (T, 3), T of 2 or more, or not finite.
-    """
-    try:
-        array = np.asarray(path, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(
-            f"{name}: returned {path!r:.60}, valid is an array (T, 3)"
-        ) from error
-    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 2:
-        raise InvalidInputError(
-            f"{name}: returned an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"
-        )
-    if not np.isfinite(array).all():
-        raise InvalidInputError(
-            f"{name}: returned values that are not finite (NaN or infinite), valid are metres"
-        )
-    return array
 
 
 #: Seconds between the points of a path whose maker does not say.
@@ -259,30 +231,10 @@ def record(
         return episode.follow(path, source.config.dt, observer)
     if isinstance(source, np.ndarray):
         return episode.follow(checked_path(source, "the path"), DEFAULT_PATH_DT, observer)
-    if not callable(getattr(source, "generate", None)):
-        raise InvalidInputError(
-            f"cannot dress with {source!r:.60}; valid is a policy, an Operator or a path, an array "
-            "(T, 3) of numpy"
-        )
-    name = f"policy {type(source).__name__}"
-    path_dt = _path_dt(source, name, episode.config.time_limit)
-    path = checked_path(source.generate(posture.frames(), episode.start), name)
-    return episode.follow(path, path_dt, observer)
-
-
-def _path_dt(policy: Policy, name: str, longest: float) -> float:
-    """Seconds between the points of a policy's path, at most `longest`."""
-    dt = getattr(policy, "dt", None)
-    if dt is None:
-        return DEFAULT_PATH_DT
-    # A bool is a number to Python; a NaN is not between anything.
-    is_number = isinstance(dt, Real) and not isinstance(dt, bool)
-    if not (is_number and 0.0 < float(dt) <= longest):
-        raise InvalidInputError(
-            f"{name}: its attribute dt is {dt!r}, valid is seconds above zero, up to the episode's "
-            f"time limit of {longest:g} s"
-        )
-    return float(dt)
+    path, dt = policy_path(
+        source, posture.frames(), episode.start, DEFAULT_PATH_DT, episode.config.time_limit
+    )
+    return episode.follow(path, dt, observer)
 
 
 def dress(

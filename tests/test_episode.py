@@ -6,7 +6,7 @@ import pytest
 from dressing_sim.arm import Posture
 from dressing_sim.control import TrackingConfig
 from dressing_sim.demonstration import Demonstration
-from dressing_sim.episode import Episode, EpisodeConfig, checked_path, dress, record, replay
+from dressing_sim.episode import Episode, EpisodeConfig, dress, record, replay
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.judge import Thresholds, judge
 from dressing_sim.operator import OperatorConfig
@@ -53,30 +53,6 @@ def replayed(demonstration):
         patch.setattr(World, "step", watched)
         recording = replay(demonstration, observer=lambda world: None)
     return recording, np.array(configurations)
-
-
-@pytest.mark.parametrize(
-    ("path", "part"),
-    [
-        (None, "()"),
-        ("left", "'left'"),
-        ([[0.0, 1.0], [0.0]], "[[0.0, 1.0], [0.0]]"),
-        (np.zeros((10, 2)), "(10, 2)"),
-        (np.zeros(3), "(3,)"),
-        (np.zeros((1, 3)), "(1, 3)"),
-        (np.zeros((0, 3)), "(0, 3)"),
-        (np.full((4, 3), np.nan), "not finite"),
-        (np.full((4, 3), -np.inf), "not finite"),
-    ],
-)
-def test_a_path_that_is_none_is_an_error_that_names_its_maker(path, part):
-    with pytest.raises(InvalidInputError) as caught:
-        checked_path(path, "policy Told")
-    message = str(caught.value)
-    assert message.startswith("policy Told: returned")
-    assert part in message
-    assert "valid" in message
-    assert "\n" not in message
 
 
 @pytest.mark.parametrize("path", [np.full((5, 3), np.nan), np.zeros((5, 2)), "left", None])
