@@ -29,9 +29,9 @@ class OperatorConfig:
     """Time between two points of the path [s]."""
     forearm_height: float = 0.080
     """Over the forearm [m]."""
-    elbow_height: float = 0.085
+    elbow_height: float = 0.095
     """On arrival at the elbow [m]."""
-    outer_height: float = 0.005
+    outer_height: float = -0.04
     """Beside a right-angled elbow, on its outside; straighter arms are passed higher [m]."""
     outer_distance: float = 0.16
     """Farthest from the upper arm's axis, sideways, when passing the elbow [m]."""

@@ -26,7 +26,7 @@ def validate(
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
 
     Four paths (the operator's, a straight one, one too low, one too high) on each posture, with
-    thirteen settings, against the finest of them. Half an hour on two cores. Exit code 1 if the
+    eleven settings, against the finest of them. Half an hour on two cores. Exit code 1 if the
     default settings agree with the finest on less than 95 % of verdicts. Writes summary.json,
     episodes.jsonl, report.md and convergence.svg.
 

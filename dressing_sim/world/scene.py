@@ -31,8 +31,9 @@ class SolverConfig:
     """Physics step [s]."""
     solver: str = "Newton"
     """``"CG"`` or ``"Newton"``."""
-    iterations: int = 50
-    """Most solver iterations a step; Newton needs about 5, CG more than 150."""
+    iterations: int = 200
+    """Most iterations a step, of the solver and of the cloth's linear system; Newton needs about 5,
+    CG more than 150."""
     tolerance: float = 1e-8
     """Solver's stopping tolerance. MuJoCo scales it by the mean inertia, most of which is the
     robot's, a hundred times a vertex's mass: at 1e-6 a loose sleeve never comes to rest."""
