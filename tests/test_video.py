@@ -19,6 +19,7 @@ def fake_world(time):
 @pytest.fixture
 def film(world):
     film = Film(fps=25)
+    world.release()  # the sleeve falls: a GIF keeps pictures that are alike only once
     for _ in range(round(0.2 / world.model.opt.timestep)):
         world.step()
         film.expose(world)

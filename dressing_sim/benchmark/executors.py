@@ -237,7 +237,8 @@ def completed(
         done, _ = wait(flying, return_when=FIRST_COMPLETED)
         if suspects or any(_died(workers, future) for future in done):
             done, _ = wait(flying)
-        for future in done:
+        # In the order of the calls: if one of them is in error, those before it are told of.
+        for future in [future for future in flying if future in done]:
             call = flying.pop(future)
             if _died(workers, future):
                 suspects.append(call)

@@ -106,7 +106,7 @@ def verdicts(
         1 for a success, else 0, by `verdict_name`; 0 throughout if the robot never moved.
     """
     trace = recording.trace
-    finished = "timeout" not in recording.outcome.reasons
+    finished = recording.finished
     found = {}
     for name, factor, variant in variants(rules):
         success = False
