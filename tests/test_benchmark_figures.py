@@ -111,6 +111,11 @@ def test_the_first_failure_is_the_earliest_and_without_a_time_it_was_there_from_
     assert first_failure(SUCCESS) is None
 
 
+def test_a_sleeve_that_was_caught_counts_as_stuck_rather_than_as_the_limit_that_found_it_out():
+    stuck, force = Failure("stuck", "", 3.2), Failure("over_force", "", 3.0)
+    assert first_failure(Outcome(False, (stuck, force))) == stuck
+
+
 def test_each_failed_episode_has_one_first_reason(results):
     for failures in first_failures(FULL, results):
         valid = valid_of(results, failures.entry)

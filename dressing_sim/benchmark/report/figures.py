@@ -10,11 +10,14 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.statistics import wilson_interval
 from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.judge import REASONS, Failure, Outcome
+from dressing_sim.judge import REASONS, Failure, Outcome, Thresholds
 
 #: Widths of a bin of elbow flexion that are tried, the finest first [deg].
 _BIN_WIDTHS_DEG = (5, 10, 15, 30)
 _MOST_BINS = 6
+
+#: Two times that differ by less are the same [s].
+_SLACK = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,9 +216,21 @@ def budget_curves(protocol: Protocol, results: Sequence[EpisodeResult]) -> list[
 
 
 def first_failure(outcome: Outcome) -> Failure | None:
-    """What went wrong first; what has no time was wrong from the start. None for a success."""
-    # Of several at the same time min takes the one that comes first in `REASONS`.
-    return min(outcome.failures, key=lambda f: 0.0 if f.time is None else f.time, default=None)
+    """What went wrong first; what has no time was wrong from the start. None for a success.
+
+    A caught sleeve is found out by the limit that it exceeds, a moment before it stops the robot:
+    of failures as near in time as that, the first of `REASONS` counts.
+    """
+    times = [0.0 if failure.time is None else failure.time for failure in outcome.failures]
+    # Failures come in the order of REASONS. Times are sums of steps, hence the slack.
+    return next(
+        (
+            failure
+            for failure, time in zip(outcome.failures, times, strict=True)
+            if time <= min(times) + Thresholds().moment + _SLACK
+        ),
+        None,
+    )
 
 
 def first_failures(protocol: Protocol, results: Sequence[EpisodeResult]) -> list[FirstFailures]:
