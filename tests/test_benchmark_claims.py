@@ -12,7 +12,7 @@ from dressing_sim.benchmark.protocol import Entry
 from dressing_sim.judge import Failure, Outcome
 
 SUCCESS, FAILED = Outcome(True), Outcome(False, (Failure("hit", "the hand", 1.0, 0.2),))
-STUCK = Outcome(False, (Failure("stuck", "stayed at the elbow", 9.0, 1.0),))
+STUCK = Outcome(False, (Failure("stuck", "stayed at the elbow", 9.0, 1.0, "elbow"),))
 VOID = Outcome(False, void="solver warning")
 
 NAMES = {"i": "tp-gmm", "n": "tp-gmm-noise", "r": "tp-gmm-rf", "b": "tp-gmm-rf-noise"}

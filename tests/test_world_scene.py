@@ -116,3 +116,9 @@ def test_the_same_posture_makes_the_same_model(posture):
 def test_an_impossible_solver_is_an_error_that_names_what_is(change):
     with pytest.raises(InvalidInputError, match=rf"{next(iter(change))} is .*valid is"):
         SolverConfig(**change)
+
+
+@pytest.mark.parametrize("name", ["settle_time", "grip_strength"])
+def test_an_impossible_world_is_an_error_that_names_what_is(name):
+    with pytest.raises(InvalidInputError, match=name):
+        WorldConfig(**{name: -1.0})

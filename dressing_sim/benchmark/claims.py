@@ -24,7 +24,6 @@ from dressing_sim.benchmark.hypotheses import (
 from dressing_sim.benchmark.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.protocol import Entry
 from dressing_sim.benchmark.statistics import Contrast, Row, contrast, wilson_interval
-from dressing_sim.judge import region
 
 if TYPE_CHECKING:
     from dressing_sim.benchmark.runner import EpisodeResult
@@ -122,11 +121,11 @@ def _best_matches_baseline(candidates: list[Entry], rows: Mapping[Entry, Row], s
 
 
 def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult]) -> Claim:
-    """Whether most of the baseline's failed episodes have one of their failures at the elbow."""
+    """Whether in most of the baseline's failed episodes the sleeve is caught at the elbow."""
     outcomes = [r.outcome for r in results if r.entry == BASELINE and r.outcome.void is None]
     failed = [outcome for outcome in outcomes if not outcome.success]
     n = sum(
-        any(f.s is not None and region(f.s) == "elbow" for f in outcome.failures)
+        any(f.reason == "stuck" and f.where == "elbow" for f in outcome.failures)
         for outcome in failed
     )
     low, high = wilson_interval(n, len(failed))
@@ -134,8 +133,8 @@ def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult]) -> Claim:
         "baseline_fails_at_elbow",
         "where the seven-demonstration baseline fails, it is stuck at the elbow",
         "confirmed" if low > 0.5 else "refuted" if high < 0.5 else "undecided",
-        f"of {len(failed)} failures of {label(BASELINE)}, {n} happened with the armscye at the "
-        f"elbow, 95 % interval {100 * low:.0f} to {100 * high:.0f} %",
+        f"in {n} of {len(failed)} failures of {label(BASELINE)} the sleeve was stuck at the elbow, "
+        f"95 % interval {100 * low:.0f} to {100 * high:.0f} %",
         {
             "n_failed": len(failed),
             "n_at_elbow": n,

@@ -125,6 +125,7 @@ def _success(
     folder: OpenRun, crew: Workers, progress: Progress, command: str, pictures: bool
 ) -> tuple[dict[str, Any], list[list[str]]]:
     """Summary and table of a protocol that is made of episodes."""
+    from dressing_sim.benchmark.paper_settings import PaperSettings
     from dressing_sim.benchmark.report import summarise, table, write_report
     from dressing_sim.benchmark.report.pictures import FailurePictures
     from dressing_sim.benchmark.runner import repeated_demonstrations, run_plan
@@ -135,6 +136,7 @@ def _success(
     settings = {
         "seed": plan.seed,
         "repeated_demonstrations": repeated_demonstrations(folder),
+        "policies": to_plain(PaperSettings()),
         "episode": to_plain(plan.config),
     }
     summary = summarise(plan.protocol, results, settings)

@@ -65,6 +65,12 @@ class WorldConfig:
     """Pull at which the cloth slips from the fingers [N]: the Panda hand's continuous clamping
     force of 70 N times friction of 0.3 on two sides."""
 
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.settle_time < np.inf:
+            raise InvalidInputError(f"world: settle_time is {self.settle_time} s, valid is >= 0")
+        if not self.grip_strength > 0.0:
+            raise InvalidInputError(f"world: grip_strength is {self.grip_strength} N, valid is > 0")
+
 
 def grip_start(posture: Posture, sleeve: SleeveConfig) -> NDArray[np.float64]:
     """Where the gripper holds the armscye at the start, (3,) in the robot's base frame [m].
