@@ -1,0 +1,103 @@
+"""Puts the tables of measured runs, docs/results/*.json, between the markers in the pages.
+
+A marker is a comment such as ``<!-- full: table -->``; ``<!-- end -->`` closes it. The files are
+the ``summary.json`` of runs whose commands stand beside the tables.
+
+    python scripts/fill_tables.py [--check]
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from dressing_sim.benchmark.cost_report import cost_table
+from dressing_sim.benchmark.paper_table import next_to_paper
+from dressing_sim.benchmark.report import markdown_table, table
+from dressing_sim.benchmark.sensitivity_report import sensitivity_table, turned_table
+from dressing_sim.benchmark.validation_report import validation_table
+from dressing_sim.files import write_text
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = ("README.md", "docs/results.md", "docs/convergence.md", "docs/thresholds.md")
+MARKER = re.compile(r"(<!-- ([\w-]+): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+Summary = Mapping[str, Any]
+
+
+def claims(summary: Summary) -> str:
+    """The paper's claims with their verdicts."""
+    cells = [["claim", "verdict", "numbers"]]
+    cells += [[c["statement"], f"**{c['verdict']}**", c["detail"]] for c in summary["claims"]]
+    return markdown_table(cells)
+
+
+def sets(summary: Summary) -> str:
+    """Successes by demonstration set."""
+    rows = [row for row in summary["rows"] if "sets" in row]
+    cells = [["policy", "shown", *(f"set {i}" for i in range(len(rows[0]["sets"])))]]
+    for row in rows:
+        rates = [f"{one['n_success']} / {one['n_episodes']}" for one in row["sets"]]
+        cells.append([row["policy"], row["demonstrations"] or "-", *rates])
+    return markdown_table(cells)
+
+
+def differing(summary: Summary) -> str:
+    """Episodes in which the default's verdict differs from the finest's."""
+    cells = [["setting", "path", "posture", "verdict", "finest", "strain", "pull [N]", "s"]]
+    for one in summary["differing"]:
+        pairs = [
+            f"{one['margins'].get(name, float('nan')):.2f} against "
+            f"{one['finest_margins'].get(name, float('nan')):.2f}"
+            for name in ("strain", "grip_force", "armscye_s")
+        ]
+        names = [one[name] for name in ("setting", "path", "posture", "verdict", "finest")]
+        cells.append(names + pairs)
+    return markdown_table(cells)
+
+
+BLOCKS: Mapping[str, Callable[[Summary], str]] = {
+    "table": lambda summary: markdown_table(table(summary)),
+    "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
+    "claims": claims,
+    "sets": sets,
+    "cost": lambda summary: markdown_table(cost_table(summary)),
+    "convergence": lambda summary: markdown_table(validation_table(summary)),
+    "differing": differing,
+    "thresholds": lambda summary: markdown_table(sensitivity_table(summary, sources=True)),
+    "turned": lambda summary: markdown_table(turned_table(summary)),
+}
+
+
+def fill(text: str) -> str:
+    """A page with its tables."""
+
+    def block(match: re.Match[str]) -> str:
+        start, run, kind, end = match.groups()
+        content = (ROOT / "docs" / "results" / f"{run}.json").read_text(encoding="utf-8")
+        return f"{start}{BLOCKS[kind](json.loads(content))}\n{end}"
+
+    return MARKER.sub(block, text)
+
+
+def main() -> None:
+    """Fill all pages, or with --check say which are not as they should be."""
+    stale = []
+    for page in PAGES:
+        path = ROOT / page
+        text = path.read_text(encoding="utf-8")
+        filled = fill(text)
+        if filled != text:
+            stale.append(page)
+            if "--check" not in sys.argv:
+                write_text(path, filled)
+    if stale and "--check" in sys.argv:
+        sys.exit(f"the tables differ from docs/results in: {', '.join(stale)}")
+
+
+if __name__ == "__main__":
+    main()
