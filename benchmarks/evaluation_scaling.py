@@ -1,0 +1,71 @@
+"""How evaluation scales: one worker against two, and the memory of a worker.
+
+    python benchmarks/evaluation_scaling.py [--episodes 24] [--rounds 3]
+
+Runs the expert on random postures with one worker and with two, alternately, and prints the ratio of
+the two medians of wall time, starting the workers included, and the largest resident memory of any
+worker. Use an idle machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import threading
+import time
+from pathlib import Path
+from statistics import median
+
+import psutil
+
+from dressing_sim.benchmark.executors import Processes
+from dressing_sim.benchmark.plan import make_plan
+from dressing_sim.benchmark.protocol import Entry, Protocol
+from dressing_sim.benchmark.runner import run_plan
+from dressing_sim.benchmark.store import open_run
+
+
+def watch(stop: threading.Event, largest: list[int]) -> None:
+    """Keep the largest resident memory of any child of this process [bytes]."""
+    me = psutil.Process()
+    while not stop.wait(0.5):
+        for child in me.children(recursive=True):
+            try:
+                largest[0] = max(largest[0], child.memory_info().rss)
+            except psutil.NoSuchProcess:
+                continue
+
+
+def measure(workers: int, episodes: int) -> float:
+    """Wall time of one evaluation [s]."""
+    protocol = Protocol("scaling", f"random:{episodes}", (Entry("expert"),))
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.perf_counter()
+        plan = make_plan(protocol, 0)
+        with Processes(workers) as crew, open_run(Path(folder) / "run", plan, False) as run:
+            run_plan(run, crew)
+        return time.perf_counter() - begun
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--episodes", type=int, default=24)
+    parser.add_argument("--rounds", type=int, default=3)
+    chosen = parser.parse_args()
+    stop, largest = threading.Event(), [0]
+    watcher = threading.Thread(target=watch, args=(stop, largest), daemon=True)
+    watcher.start()
+    times: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(chosen.rounds):
+        for workers, seconds in times.items():
+            seconds.append(measure(workers, chosen.episodes))
+            print(f"{workers} worker(s): {seconds[-1]:.1f} s", flush=True)
+    stop.set()
+    watcher.join()
+    ratio = median(times[1]) / median(times[2])
+    print(f"two workers are {ratio:.2f} times one; a worker needs {largest[0] / 2**20:.0f} MiB")
+
+
+if __name__ == "__main__":
+    main()
