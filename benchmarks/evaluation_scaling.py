@@ -2,7 +2,7 @@
 
     python benchmarks/evaluation_scaling.py [--episodes 24] [--rounds 3]
 
-Runs the expert on random postures with one worker and with two, alternately, and prints the ratio of
+Runs the expert on random postures with one worker and with two, in turn, and prints the ratio of
 the two medians of wall time, starting the workers included, and the largest resident memory of any
 worker. Use an idle machine.
 """
