@@ -88,9 +88,9 @@ def changed(name, rows, value):
     return good(**{name: column})
 
 
-def judged(trace, strain=None, outcome=None):
+def judged(trace, strain=None, outcome=None, finished=True):
     """Factors under which a trace is a success, by threshold."""
-    recording = Recording(outcome or Outcome(True), trace, None, np.zeros((1, 3)))
+    recording = Recording(outcome or Outcome(True), trace, None, np.zeros((1, 3)), finished)
     if strain is None:
         column = None if trace is None else trace.strain
         strain = {variant.strain_percentile: column for *_, variant in variants(RULES)}
@@ -165,7 +165,7 @@ def test_another_part_of_the_cloth_is_judged_by_its_own_strain():
 
 def test_whoever_came_too_late_or_never_moved_passes_nowhere():
     late = Outcome(False, (Failure("timeout", "too late"),))
-    assert judged(good(), outcome=late) == NONE
+    assert judged(good(), outcome=late, finished=False) == NONE
     unreachable = Outcome(False, (Failure("ik_unreachable", "far"),))
     assert judged(None, outcome=unreachable) == NONE
 
@@ -208,7 +208,8 @@ def test_an_episode_carries_its_verdicts(monkeypatch):
         mesh = sleeve_mesh(SleeveConfig(), np.zeros(3), np.eye(3)[0], np.eye(3)[2])
         for _ in range(ROWS):
             observer(SimpleNamespace(mesh=mesh, cloth=mesh.vertices))
-        return Recording(Outcome(False, figures={"strain": 0.1}), base, None, np.zeros((1, 3)))
+        outcome = Outcome(False, figures={"strain": 0.1})
+        return Recording(outcome, base, None, np.zeros((1, 3)), finished=True)
 
     monkeypatch.setattr(sensitivity, "record", record)
     config = EpisodeConfig(time_limit=12.0)
