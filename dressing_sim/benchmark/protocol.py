@@ -116,7 +116,7 @@ _BUDGET = tuple(
 #: In the nominal world, and with one factor after the other drawn anew.
 _ROBUST = tuple(
     Entry(policy, shown, variation)
-    for policy, shown in ((EXPERT, None), ("tp-gmm-rf", "case_a"), ("tp-gmm", "baseline7"))
+    for policy, shown in ((EXPERT, None), ("tp-gmm-rf-noise", "case_a"))
     for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
