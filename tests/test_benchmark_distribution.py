@@ -71,7 +71,7 @@ def test_random_postures_come_from_the_distribution_and_can_be_reached(random_po
 
 
 def test_the_generator_alone_decides_what_is_drawn():
-    np.random.seed(1)  # noqa: NPY002
+    np.random.seed(1)  # noqa: NPY002  # the global state, which must not matter
     one = sample_postures(2, np.random.default_rng(7))
     np.random.seed(2)  # noqa: NPY002
     assert sample_postures(2, np.random.default_rng(7)) == one

@@ -146,7 +146,7 @@ def test_every_setting_can_be_named():
 def test_augmented_policies_differ_by_method_and_seed_and_can_be_sent_to_a_process():
     policy = make_policy("tp-gmm-rf-noise?max_iterations=9", seed=3)
     assert (policy.method, policy.seed, policy.max_iterations) == ("rf+noise", 3, 9)
-    copy = pickle.loads(pickle.dumps(policy))
+    copy = pickle.loads(pickle.dumps(policy))  # what an executor does with it
     assert copy.sampler == policy.sampler
 
 

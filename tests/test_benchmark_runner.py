@@ -89,7 +89,7 @@ def test_each_policy_learns_from_its_demonstrations_and_dresses_its_part(tmp_pat
 
     def dress(source, job, config):
         dressed[job.index] = source
-        return runner._result(job, job.posture, {}, Outcome(True))
+        return runner.job_result(job, job.posture, {}, Outcome(True))
 
     run(tmp_path, plan, work=replace(fake_work(tmp_path), dress=dress))
     for job in plan.jobs:

@@ -24,9 +24,3 @@ def test_every_public_name_exists_and_says_what_it_is(name):
     thing = getattr(learning, name)
     if inspect.isclass(thing) or inspect.isfunction(thing):
         assert (thing.__doc__ or "").strip()
-
-
-def test_figures_that_the_pages_show_exist():
-    for page in DOCS.glob("*.md"):
-        for target in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text()):
-            assert (page.parent / target).is_file(), target

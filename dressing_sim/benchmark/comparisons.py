@@ -69,8 +69,8 @@ def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> l
     return [
         {
             "kind": kind,
-            "a": _to_dict(a),
-            "b": _to_dict(b),
+            "a": a.to_dict(),
+            "b": b.to_dict(),
             **compare(rows[a], rows[b], np.random.default_rng(seed)).to_dict(),
         }
         for kind, a, b in _pairs(list(rows))
@@ -103,11 +103,3 @@ def _initial(entry: Entry) -> Entry:
     """The row without augmentation: same demonstrations, variation and settings after a ``?``."""
     _, mark, settings = entry.policy.partition("?")
     return replace(entry, policy=f"{INITIAL}{mark}{settings}")
-
-
-def _to_dict(entry: Entry) -> dict[str, Any]:
-    return {
-        "policy": entry.policy,
-        "demonstrations": entry.demonstrations,
-        "variation": list(entry.variation),
-    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.policies import EXPERT
@@ -27,6 +27,14 @@ class Entry:
     policy: str
     demonstrations: str | None = None
     variation: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for a summary."""
+        return {
+            "policy": self.policy,
+            "demonstrations": self.demonstrations,
+            "variation": list(self.variation),
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,12 +56,13 @@ def dress_job(
     """Run one episode."""
     posture, varied, drawn = job.situation(config)
     outcome = record(source, posture, job.seed, varied, observer).outcome
-    return _result(job, posture, drawn, outcome)
+    return job_result(job, posture, drawn, outcome)
 
 
-def _result(
+def job_result(
     job: Job, posture: Posture, drawn: Mapping[str, Any], outcome: Outcome
 ) -> EpisodeResult:
+    """What became of a job: the arm after variation, what was drawn for it, and the verdict."""
     return EpisodeResult(
         job.index, job.entry, posture, job.demonstration_set, job.seed, drawn, outcome
     )
@@ -106,7 +107,7 @@ def run_plan(
         try:
             result = future.result()
         except WorkerDied as death:
-            result = _result(job, job.posture, {}, Outcome(False, void=str(death)))
+            result = job_result(job, job.posture, {}, Outcome(False, void=str(death)))
         results.append(folder.append(result))
         report("episodes", len(results), total, results)
     folder.sort()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from dressing_sim.benchmark.plan import Job
 from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.protocol import Entry, Protocol
+from dressing_sim.benchmark.runner import job_result
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.episode import EpisodeConfig, Recording, record
 from dressing_sim.judge import Thresholds, judge
@@ -106,13 +107,12 @@ def verdicts(
         1 for a success, else 0, by `verdict_name`; 0 throughout if the robot never moved.
     """
     trace = recording.trace
-    finished = recording.finished
     found = {}
     for name, factor, variant in variants(rules):
         success = False
         if trace is not None:
             known = replace(trace, strain=strain[variant.strain_percentile])
-            success = judge(known, shoulder, finished, variant).success
+            success = judge(known, shoulder, recording.finished, variant).success
         found[verdict_name(name, factor)] = float(success)
     return found
 
@@ -132,6 +132,4 @@ def dress_job(source: Policy | Operator, job: Job, config: EpisodeConfig) -> Epi
     if outcome.void is None:
         judged = verdicts(recording, posture.shoulder, rules, reader.columns)
         outcome = replace(outcome, figures={**outcome.figures, **judged})
-    return EpisodeResult(
-        job.index, job.entry, posture, job.demonstration_set, job.seed, drawn, outcome
-    )
+    return job_result(job, posture, drawn, outcome)

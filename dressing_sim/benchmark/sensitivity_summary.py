@@ -118,7 +118,7 @@ def _rates(entry: Entry, rows: Sequence[Row]) -> dict[str, Any]:
     n = len(valid[0])
     intervals = [wilson_interval(sum(successes), n) for successes in valid]
     return {
-        **_to_dict(entry),
+        **entry.to_dict(),
         "n_episodes": n,
         "n_success": [sum(successes) for successes in valid],
         "pc_success": [100.0 * sum(successes) / n if n else None for successes in valid],
@@ -138,8 +138,8 @@ def _turned(before: Mapping[Entry, Row], after: Mapping[Entry, Row]) -> list[dic
         )
         found.append(
             {
-                "above": _to_dict(a),
-                "below": _to_dict(b),
+                "above": a.to_dict(),
+                "below": b.to_dict(),
                 "beyond_intervals": first.interval[0] > 0.0 > second.interval[1],
                 "before": first.to_dict(),
                 "after": second.to_dict(),
@@ -152,14 +152,6 @@ def _lead(a: Row, b: Row) -> int:
     """Successes of the first less those of the second, over the episodes that both have."""
     pairs = [(a[key], b[key]) for key in a if key in b]
     return sum(int(x) - int(y) for x, y in pairs if x is not None and y is not None)
-
-
-def _to_dict(entry: Entry) -> dict[str, Any]:
-    return {
-        "policy": entry.policy,
-        "demonstrations": entry.demonstrations,
-        "variation": list(entry.variation),
-    }
 
 
 def documentation(kind: type) -> dict[str, str]:

@@ -7,7 +7,7 @@ and other solvers; every verdict is compared with that of the finest settings.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.executors import Workers, completed
 from dressing_sim.benchmark.plan import posture_seed
+from dressing_sim.benchmark.report.text import verdict
+from dressing_sim.benchmark.runner import Progress
 from dressing_sim.episode import DEFAULT_PATH_DT, Episode, EpisodeConfig
 from dressing_sim.judge import Outcome
 from dressing_sim.operator import Operator
@@ -27,9 +29,6 @@ REQUIRED_AGREEMENT = 0.95
 
 #: Settings that all others are compared with, and those that every episode has otherwise.
 FINEST, DEFAULT = "finest", "default"
-
-#: Told about progress: the stage, how much of it is done, how much there is, and nothing.
-Progress = Callable[[str, int, int, Sequence[Any]], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,17 +237,11 @@ def _difference(own: Trial, finest: Trial) -> dict[str, Any]:
         "setting": own.setting,
         "path": own.path,
         "posture": own.posture,
-        "verdict": _verdict(own.outcome),
-        "finest": _verdict(finest.outcome),
+        "verdict": verdict(own.outcome),
+        "finest": verdict(finest.outcome),
         "margins": _margins(own.outcome),
         "finest_margins": _margins(finest.outcome),
     }
-
-
-def _verdict(outcome: Outcome) -> str:
-    if outcome.void is not None:
-        return f"void: {outcome.void}"
-    return "success" if outcome.success else ", ".join(outcome.reasons)
 
 
 def _margins(outcome: Outcome) -> dict[str, float]:

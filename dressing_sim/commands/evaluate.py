@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json as json_format
-import shlex
-import sys
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.commands.options import (
+    check_positive,
+    check_seed,
+    command_line,
+    names,
+    print_table,
+    processors,
+    resumable,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 
@@ -77,9 +82,9 @@ def evaluate(
             f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
         )
     if policies is not None:
-        chosen = chosen.with_policies(_names(policies))
+        chosen = chosen.with_policies(names(policies))
     if variation is not None:
-        chosen = chosen.with_variation(_names(variation))
+        chosen = chosen.with_variation(names(variation))
     if suite is not None:
         chosen = replace(chosen, suite=suite)
     if workers is not None and scheduler is not None:
@@ -88,29 +93,22 @@ def evaluate(
     check_seed(seed)
     check_writable(out / "report.md")
     plan = make_plan(chosen, seed)
-    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
-    try:
-        with ExitStack() as stack:
-            crew = stack.enter_context(_workers(workers, scheduler))
-            folder = stack.enter_context(open_run(out, plan, resume))
-            progress = stack.enter_context(show_progress(Console(stderr=True)))
-            if chosen.kind == "cost":
-                summary, cells = _cost(folder, crew, progress, command)
-            else:
-                summary, cells = _success(folder, crew, progress, command, pictures)
-    except KeyboardInterrupt:
-        again = command if "--resume" in sys.argv else f"{command} --resume"
-        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(130) from None
+    command = command_line()
+    with (
+        resumable(),
+        _workers(workers, scheduler) as crew,
+        open_run(out, plan, resume) as folder,
+        show_progress(Console(stderr=True)) as progress,
+    ):
+        if chosen.kind == "cost":
+            summary, cells = _cost(folder, crew, progress, command)
+        else:
+            summary, cells = _success(folder, crew, progress, command, pictures)
     if json:
         print(json_format.dumps(summary, indent=2))
     else:
         print_table(cells)
         print(f"written to {out}/: report.md, report.html, summary.json")
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",")]
 
 
 def _workers(count: int | None, scheduler: str | None) -> Workers:

@@ -1,10 +1,12 @@
-"""What several commands share: checks of options, films, and how results are printed."""
+"""What several commands share: their options, films, interruptions, and how results are printed."""
 
 from __future__ import annotations
 
 import os
+import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +31,28 @@ def check_seed(value: int) -> None:
     """Raise InvalidInputError unless a seed is 0 or more."""
     if value < 0:
         raise InvalidInputError(f"seed is {value}, valid is 0 or more")
+
+
+def names(text: str) -> list[str]:
+    """The names in a list with commas."""
+    return [name.strip() for name in text.split(",")]
+
+
+def command_line() -> str:
+    """What was typed, for reports."""
+    return f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+
+
+@contextmanager
+def resumable() -> Iterator[None]:
+    """Answer Ctrl-C by saying how the run goes on, with exit code 130."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        command = command_line()
+        again = command if "--resume" in sys.argv else f"{command} --resume"
+        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
+        raise SystemExit(130) from None
 
 
 def new_film(video: Path | None, camera: str, fps: int, width: int, height: int) -> Film | None:

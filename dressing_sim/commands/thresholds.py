@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json as json_format
-import shlex
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
-from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.commands.options import (
+    check_positive,
+    check_seed,
+    command_line,
+    names,
+    print_table,
+    processors,
+    resumable,
+)
 from dressing_sim.files import check_writable
 
 
@@ -59,29 +65,24 @@ def thresholds(
 
     protocol = replace(PROTOCOL, suite=suite)
     if policies is not None:
-        protocol = protocol.with_policies([name.strip() for name in policies.split(",")])
+        protocol = protocol.with_policies(names(policies))
     count = processors() if workers is None else workers
     check_positive("workers", count)
     check_seed(seed)
     check_writable(out / "report.md")
     config = EpisodeConfig(protective_stop=False)
     plan = make_plan(protocol, seed, config)
-    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
-    try:
-        with (
-            Processes(count) as crew,
-            open_run(out, plan, resume) as folder,
-            show_progress(Console(stderr=True)) as progress,
-        ):
-            results = run_plan(folder, crew, progress, Work(dress=dress_job))
-    except KeyboardInterrupt:
-        again = command if "--resume" in sys.argv else f"{command} --resume"
-        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(130) from None
+    with (
+        resumable(),
+        Processes(count) as crew,
+        open_run(out, plan, resume) as folder,
+        show_progress(Console(stderr=True)) as progress,
+    ):
+        results = run_plan(folder, crew, progress, Work(dress=dress_job))
     summary = summarise(
         protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
     )
-    write_sensitivity_report(out, summary, command)
+    write_sensitivity_report(out, summary, command_line())
     if json:
         print(json_format.dumps(summary, indent=2))
     else:

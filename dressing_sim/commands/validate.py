@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json as json_format
-import shlex
-import sys
 from pathlib import Path
 
 from rich.console import Console
 
-from dressing_sim.commands.options import check_positive, check_seed, print_table, processors
+from dressing_sim.commands.options import (
+    check_positive,
+    check_seed,
+    command_line,
+    names,
+    print_table,
+    processors,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 
@@ -26,8 +31,8 @@ def validate(
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
 
     Four paths (the operator's, a straight one, one too low, one too high) on each posture, with
-    eleven settings, against the finest of them. Half an hour on two cores. Exit code 1 if the
-    default settings agree with the finest on less than 95 % of verdicts. Writes summary.json,
+    eleven settings, against the finest of them. A quarter of an hour on two cores. Exit code 1 if
+    the default settings agree with the finest on less than 95 % of verdicts. Writes summary.json,
     episodes.jsonl, report.md and convergence.svg.
 
     For example: dressing-sim validate --json
@@ -56,18 +61,18 @@ def validate(
     check_seed(seed)
     chosen = settings()
     if only is not None:
-        names = [name.strip() for name in only.split(",") if name.strip()]
-        unknown = sorted(set(names) - {setting.name for setting in chosen})
+        wanted = {name for name in names(only) if name}
+        unknown = sorted(wanted - {setting.name for setting in chosen})
         if unknown:
             valid = ", ".join(setting.name for setting in chosen)
             raise InvalidInputError(f"unknown setting {unknown[0]!r}; valid is one of {valid}")
-        chosen = tuple(s for s in chosen if s.name in {DEFAULT, FINEST, *names})
+        chosen = tuple(s for s in chosen if s.name in {DEFAULT, FINEST, *wanted})
     arms = load_suite(suite)[:postures]
     check_writable(out / "report.md")
     with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
         trials = study(arms, chosen, crew, seed, progress)
     summary = compare(trials, chosen)
-    write_validation(out, trials, summary, f"dressing-sim {shlex.join(sys.argv[1:])}".strip())
+    write_validation(out, trials, summary, command_line())
     if json:
         print(json_format.dumps(summary, indent=2))
     else:

@@ -163,21 +163,19 @@ def sleeve_mesh(
 
     # The shirt's body goes on beyond the lower half of the armscye.
     below = np.flatnonzero(np.cos(even) < 1e-9)
-    before = below
+    before = below.tolist()
     body_rows = max(1, round(garment.body / (config.edge * np.sqrt(0.75))))
     for number in range(1, body_rows + 1 if garment.body else 1):
         angles = even[below] if number % 2 == 0 else odd[below[:-1]]
         at = -garment.body * number / body_rows
-        now = np.arange(len(angles)) + sum(map(len, rows))
+        total = sum(map(len, rows))
+        now = list(range(total, total + len(angles)))
         rows.append(row(angles, radius(garment.armscye_circumference, even), at))
         wider, narrower = (before, now) if number % 2 else (now, before)
-        for i in range(len(narrower)):
-            triangles.append((wider[i], wider[i + 1], narrower[i]))
-        for i in range(len(narrower) - 1):
-            triangles.append((narrower[i], wider[i + 1], narrower[i + 1]))
-        turned = 2 * len(narrower) - 1
-        if number % 2:  # seen from outside the wider row is now on the other side
-            triangles[-turned:] = [(b, a, c) for a, b, c in triangles[-turned:]]
+        strip = [*zip(wider[:-1], wider[1:], narrower, strict=True)]
+        strip += zip(narrower[:-1], wider[1:-1], narrower[1:], strict=True)
+        # Seen from outside, the wider row is on the other side of each second strip.
+        triangles += [(b, a, c) for a, b, c in strip] if number % 2 else strip
         before = now
 
     vertices = np.concatenate(rows)

@@ -55,9 +55,7 @@ def _row(entry: Entry, results: Sequence[EpisodeResult], n_sets: int) -> dict[st
     valid = [result for result in results if result.outcome.void is None]
     low, high = wilson_interval(_successes(valid), len(valid))
     row = {
-        "policy": entry.policy,
-        "demonstrations": entry.demonstrations,
-        "variation": list(entry.variation),
+        **entry.to_dict(),
         **_rate(valid),
         "pc_success_ci95": [100.0 * low, 100.0 * high],
         "failures": count_reasons([result.outcome for result in valid]),

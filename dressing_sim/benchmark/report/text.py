@@ -145,7 +145,7 @@ def _episodes(results: Sequence[EpisodeResult]) -> Cells:
                 *([", ".join(result.entry.variation) or "-"] if varied else []),
                 result.posture.name,
                 f"{result.posture.elbow_deg:.0f} deg",
-                f"void: {outcome.void}" if outcome.void else _verdict(outcome),
+                verdict(outcome),
                 *(
                     f"{outcome.figures[name]:.2f}{unit}" if name in outcome.figures else "-"
                     for name, unit in (("armscye_s", ""), ("strain", ""), ("grip_force", " N"))
@@ -155,7 +155,10 @@ def _episodes(results: Sequence[EpisodeResult]) -> Cells:
     return cells
 
 
-def _verdict(outcome: Outcome) -> str:
+def verdict(outcome: Outcome) -> str:
+    """A verdict in words: success, all that went wrong, or why it is void."""
+    if outcome.void is not None:
+        return f"void: {outcome.void}"
     return "success" if outcome.success else ", ".join(outcome.reasons)
 
 
