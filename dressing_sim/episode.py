@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,24 @@ class EpisodeConfig:
             )
 
 
+# Many policies dress the same arm in turn; the world that they all begin with is made once.
+@lru_cache(maxsize=1)
+def _settled(
+    posture: Posture, config: WorldConfig, tracking: TrackingConfig
+) -> tuple[World, float]:
+    """The world before the robot moves, to be copied, and the start's error.
+
+    The cloth falls until it hangs still, for at most three times the settling time.
+    """
+    q, error = configuration_at(grip_start(posture, config.sleeve), PandaKinematics(), tracking)
+    world = World(posture, config, q)
+    while world.time < 3.0 * config.settle_time and world.void_reason is None:
+        world.step()
+        if world.time >= config.settle_time and world.cloth_speed < _SETTLED_SPEED:
+            break
+    return world, error
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """An episode as it happened.
@@ -107,25 +126,14 @@ class Episode:
         self.posture = posture
         self.config = config or EpisodeConfig()
         self.kinematics = PandaKinematics()
-        grip = grip_start(posture, self.config.world.sleeve)
-        q, self.start_error = configuration_at(grip, self.kinematics, self.config.tracking)
-        self.world = World(posture, self.config.world, q)
+        settled, self.start_error = _settled(posture, self.config.world, self.config.tracking)
+        self.world = settled.copy()
         self._substeps = round(self.config.tracking.dt / self.config.world.solver.timestep)
-        self._settle()
 
     @property
     def start(self) -> NDArray[np.float64]:
         """Where the gripper is now, (3,), in the robot's base frame [m]."""
         return self.world.tcp_position
-
-    def _settle(self) -> None:
-        """Let the cloth fall until it hangs still, for at most three times the settling time."""
-        settle_time = self.config.world.settle_time
-        while self.world.time < 3.0 * settle_time and self.world.void_reason is None:
-            self.world.step()
-            settled = self.world.cloth_speed < _SETTLED_SPEED
-            if self.world.time >= settle_time and settled:
-                break
 
     def follow(
         self,

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from dressing_sim.benchmark.cost import POLICIES
+from dressing_sim.benchmark.paper_settings import PaperSettings, settings_from_text
 from dressing_sim.benchmark.paper_table import PAPER_TABLE
-from dressing_sim.benchmark.policies import EXPERT
+from dressing_sim.benchmark.policies import BUILT_IN, EXPERT, make_policy
 from dressing_sim.benchmark.protocol import (
     PROTOCOLS,
     Entry,
@@ -61,6 +64,36 @@ def test_the_large_protocols_have_what_they_compare():
     }
     assert all(len(load_suite(p.suite)) >= 50 for p in (budget, robust))
     assert {p.demonstration_sets for p in (full, budget, robust)} == {5}
+
+
+def test_each_row_with_settings_has_its_counterpart_as_chosen():
+    protocol = find_protocol("settings")
+    assert (len(load_suite(protocol.suite)), protocol.demonstration_sets) == (50, 5)
+    as_chosen = {e for e in protocol.entries if "?" not in e.policy}
+    assert as_chosen < set(find_protocol("full").entries)
+    changed = set(protocol.entries) - as_chosen
+    assert {replace(e, policy=e.policy.partition("?")[0]) for e in changed} == as_chosen
+
+
+@pytest.mark.parametrize("name", {e.policy: None for e in find_protocol("settings").entries})
+def test_settings_are_of_policies_that_there_are_and_change_something(name):
+    make_policy(name)
+    stem, mark, text = name.partition("?")
+    assert not mark or settings_from_text(text) != PaperSettings()
+    if BUILT_IN[stem] is None:
+        # An initial policy draws no random situations: it would be the same row once more.
+        of_situations = {"situations", "angle_margin_deg", "translation_margin"}
+        assert not of_situations & {part.partition("=")[0] for part in text.split("&")}
+
+
+def test_a_change_is_made_to_all_rows_that_it_can_change():
+    entries = find_protocol("settings").entries
+    rows: dict[str, set[Entry]] = {}
+    for entry in entries:
+        stem, _, text = entry.policy.partition("?")
+        rows.setdefault(text, set()).add(replace(entry, policy=stem))
+    augmented = {e for e in rows[""] if BUILT_IN[e.policy] is not None}
+    assert all(changed in (rows[""], augmented) for changed in rows.values())
 
 
 def test_the_cost_is_of_the_augmented_policies_on_both_cases():

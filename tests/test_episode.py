@@ -129,6 +129,19 @@ def test_what_is_tracked_does_not_depend_on_how_much_comes_later(posture):
     np.testing.assert_array_equal(part[:n], whole[:n])
 
 
+def test_every_episode_begins_with_the_same_bits_whatever_came_before(posture):
+    first = Episode(posture)
+    begun = first.world.data.qpos.copy(), first.world.time
+    first.follow(short_path(posture), 0.05)
+    again = Episode(posture)
+    Episode(replace(posture, name="another"))
+    afresh = Episode(posture)
+    for episode in (again, afresh):
+        np.testing.assert_array_equal(episode.world.data.qpos, begun[0])
+        np.testing.assert_array_equal(episode.start, again.start)
+        assert episode.world.time == begun[1]
+
+
 @pytest.mark.parametrize("far", [1.0, 1e12])
 def test_an_unreachable_path_is_reported_and_not_simulated(posture, far):
     episode = Episode(posture)

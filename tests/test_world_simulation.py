@@ -221,3 +221,19 @@ def test_a_robot_that_leans_on_the_arm_is_felt_and_told_from_cloth(posture, tmp_
     assert np.linalg.norm(world.link_force("forearm", "robot")) > 1.0
     assert "head" not in touches
     np.testing.assert_array_equal(world.link_force("head", "robot"), 0.0)
+
+
+def test_a_copy_goes_on_with_the_same_bits_and_leaves_the_original_alone(world):
+    before = world.data.qpos.copy(), world.grip_load
+    other = world.copy()
+    for _ in sweep(other, seconds=0.2):
+        pass
+    np.testing.assert_array_equal(world.data.qpos, before[0])
+    np.testing.assert_array_equal(world.grip_load, before[1])
+    for _ in sweep(world, seconds=0.2):
+        pass
+    for read in (lambda w: w.data.qpos, lambda w: w.data.qvel, lambda w: w.grip_load):
+        np.testing.assert_array_equal(read(world), read(other))
+    other.release()
+    assert world.holding
+    assert world.data.eq_active.all()

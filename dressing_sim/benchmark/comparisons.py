@@ -53,7 +53,8 @@ def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> l
 
     Kinds: ``augmentation`` (augmented against the initial policy, same demonstrations),
     ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all three under
-    the same variation; ``variation`` (a row under variation against the same row without).
+    the same variation; ``variation`` (a row under variation against the same row without);
+    ``settings`` (a policy with settings after a ``?`` against the same row without).
 
     Args:
         results: Episodes of a protocol.
@@ -97,6 +98,11 @@ def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
         nominal = replace(a, variation=())
         if a.variation and nominal in entries:
             yield "variation", a, nominal
+    for a in entries:
+        stem, mark, _ = a.policy.partition("?")
+        chosen = replace(a, policy=stem)
+        if mark and chosen in entries:
+            yield "settings", a, chosen
 
 
 def _initial(entry: Entry) -> Entry:

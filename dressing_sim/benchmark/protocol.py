@@ -128,6 +128,35 @@ _ROBUST = tuple(
     for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
+#: Rows that settings are compared on: without and with augmentation, and the baseline.
+_COMPARED = (
+    *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", "tp-gmm-rf-noise")),
+    Entry("tp-gmm", "baseline7"),
+)
+
+#: What the paper leaves open, one change at a time, as settings after a policy's name.
+_CHANGES = (
+    "relative_floor=true&position_floor=0.1&displacement_floor=0.1",
+    "position_floor=1e-3",
+    "displacement_floor=1e-6",
+    "fusion=product-then-regression",
+    "free_axes=arm-plane",
+    "end_radius=0",
+)
+
+#: Of random situations; initial policies know none.
+_AUGMENTED_CHANGES = ("situations=frames", "angle_margin_deg=0&translation_margin=0")
+
+_SETTINGS = (
+    *_COMPARED,
+    *(
+        replace(entry, policy=f"{entry.policy}?{change}")
+        for change in (*_CHANGES, *_AUGMENTED_CHANGES)
+        for entry in _COMPARED
+        if change in _CHANGES or entry.policy in _AUGMENTED
+    ),
+)
+
 PROTOCOLS: Mapping[str, Protocol] = {
     protocol.name: protocol
     for protocol in (
@@ -141,6 +170,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("full", "test200", _FULL, demonstration_sets=5),
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
+        Protocol("settings", "val50", _SETTINGS, demonstration_sets=5),
     )
 }
 

@@ -98,6 +98,9 @@ def run_plan(
     """
     plan, work, report = folder.plan, work or Work(), progress or _silent
     jobs = [job for job in plan.jobs if job.index not in folder.finished]
+    # Posture by posture: an arm's settled world is used by all rows, and a run that is cut short
+    # has compared them all on the same arms.
+    jobs.sort(key=lambda job: job.index % len(plan.tested))
     shown = record_demonstrations(folder, workers, report, work)
     sources = _fit(plan, jobs, shown, workers, report, work)
     results, total = folder.results, len(plan.jobs)

@@ -56,8 +56,8 @@ def evaluate(
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
-        protocol: which policies learn from which demonstrations: paper, full, budget, robust; or
-            paper-cost, what the learning costs without dressing anybody.
+        protocol: which policies learn from which demonstrations: paper, full, budget, robust,
+            settings; or paper-cost, what the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class.

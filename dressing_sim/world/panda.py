@@ -38,7 +38,7 @@ class ServoConfig:
     """
 
     stiffness: tuple[float, ...] = (4500.0, 4500.0, 3500.0, 3500.0, 600.0, 600.0, 400.0)
-    """Of each arm joint [N m/rad]."""
+    """Of each arm joint [N m/rad]; any sequence, kept as a tuple, as is the damping."""
     damping: tuple[float, ...] = (250.0, 250.0, 150.0, 120.0, 20.0, 20.0, 14.0)
     """Of each arm joint [N m s/rad]."""
     finger_stiffness: float = 2000.0
@@ -49,6 +49,10 @@ class ServoConfig:
     """Largest grip force [N], the Panda hand's continuous rating."""
     armature: float = 0.1
     """Reflected rotor inertia added to each arm joint [kg m^2]."""
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "damping"):
+            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
 
 
 @dataclass(frozen=True, slots=True)

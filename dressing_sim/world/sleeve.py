@@ -31,7 +31,8 @@ class SleeveConfig:
     grip_depth: float = 0.025
     """How far from the edge towards the hem the fingers hold the cloth [m]."""
     grasp_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """From the armscye's top to the gripper's tool centre point, in the wrist's frame [m]."""
+    """From the armscye's top to the gripper's tool centre point, in the wrist's frame [m]; any
+    sequence of three numbers, kept as a tuple."""
     grip_impedance: float = 0.9999
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
     contact_time: float = 0.02
@@ -62,6 +63,7 @@ class SleeveConfig:
             raise InvalidInputError(
                 f"sleeve: grasp_offset is {self.grasp_offset}, valid is three lengths in metres"
             )
+        object.__setattr__(self, "grasp_offset", tuple(map(float, self.grasp_offset)))
         if self.vertices_around < 6 or self.vertices_along < 3:
             raise InvalidInputError(
                 f"a sleeve of {self.vertices_around} x {self.vertices_along} vertices is too "

@@ -14,6 +14,7 @@ from dressing_sim.benchmark.protocol import Protocol
 from dressing_sim.benchmark.report.figures import hardest
 from dressing_sim.benchmark.report.text import (
     COMPARISONS,
+    SETTINGS_RULE,
     SUCCESS_RULE,
     Cells,
     headline,
@@ -23,6 +24,7 @@ from dressing_sim.benchmark.report.text import (
     replay_command,
     table,
 )
+from dressing_sim.benchmark.settings_table import settings_table
 from dressing_sim.benchmark.store import EpisodeResult
 
 
@@ -51,6 +53,7 @@ def markdown(
         markdown_table(table(summary)),
         SUCCESS_RULE,
         *_paper(protocol, summary),
+        *_settings(summary),
         *_claims(summary),
         *_comparisons(summary),
         *_sets(protocol, summary),
@@ -69,6 +72,14 @@ def _paper(protocol: Protocol, summary: Mapping[str, Any]) -> Iterator[str]:
         yield "## Next to the paper's table"
         yield markdown_table(cells)
         yield "The paper's trials were made with a real robot, on postures of its own."
+
+
+def _settings(summary: Mapping[str, Any]) -> Iterator[str]:
+    cells = settings_table(summary)
+    if len(cells) > 2:  # more than the heading and what is as chosen
+        yield "## Settings of policies"
+        yield markdown_table(cells)
+        yield SETTINGS_RULE
 
 
 def _claims(summary: Mapping[str, Any]) -> Iterator[str]:

@@ -22,12 +22,19 @@ SUCCESS_RULE = (
     "rates are Wilson's; void episodes count neither way."
 )
 
+SETTINGS_RULE = (
+    "Success rates of policies with settings changed as each line says; in brackets the "
+    "difference to the same policy as chosen, over the same postures and demonstration sets, in "
+    "percentage points, with its 95 % bootstrap interval."
+)
+
 #: What the kinds of comparison are called, see `dressing_sim.benchmark.comparisons`.
 COMPARISONS = {
     "augmentation": "with synthetic demonstrations, less without",
     "baseline": "less the policy that was shown seven demonstrations",
     "case": "shown distinct postures, less shown similar ones",
     "variation": "under variation, less without",
+    "settings": "with other settings, less as chosen",
 }
 
 Cells = list[list[str]]

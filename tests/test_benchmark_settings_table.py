@@ -1,0 +1,173 @@
+import json
+import re
+import runpy
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_results import FULL, HIT, SMALL, SUCCESS, VOID, random_results, results_of
+
+from dressing_sim.benchmark.comparisons import rows_by_entry
+from dressing_sim.benchmark.protocol import Entry, Protocol
+from dressing_sim.benchmark.report import markdown_table, summarise
+from dressing_sim.benchmark.report.html import page
+from dressing_sim.benchmark.report.markdown import markdown
+from dressing_sim.benchmark.report.text import SETTINGS_RULE
+from dressing_sim.benchmark.settings_table import settings_table
+from dressing_sim.benchmark.statistics import contrast
+
+ROOT = Path(__file__).resolve().parent.parent
+FLOOR, RADIUS = "position_floor=1e-3&relative_floor=true", "end_radius=0"
+COLUMNS = {
+    "tp-gmm-rf, case_b": Entry("tp-gmm-rf", "case_b"),
+    "tp-gmm, case_a": Entry("tp-gmm", "case_a"),
+    "tp-gmm, case_b": Entry("tp-gmm", "case_b"),
+    "tp-gmm, case_a, friction and arm varied": Entry("tp-gmm", "case_a", ("friction", "arm")),
+    "expert": Entry("expert"),
+}
+
+
+def changed(entry, text):
+    return replace(entry, policy=f"{entry.policy}?{text}" if text else entry.policy)
+
+
+# Neither all rows with every setting, nor those as chosen first.
+PROTOCOL = Protocol(
+    "settings",
+    "val50",
+    (
+        changed(COLUMNS["tp-gmm-rf, case_b"], RADIUS),
+        *COLUMNS.values(),
+        *(
+            changed(entry, FLOOR)
+            for name, entry in COLUMNS.items()
+            if name not in ("tp-gmm, case_b", "expert")
+        ),
+        changed(COLUMNS["tp-gmm, case_a"], RADIUS),
+    ),
+    demonstration_sets=5,
+)
+LINES = {"as chosen": "", RADIUS: RADIUS, FLOOR: FLOOR}
+
+
+@pytest.fixture(scope="module", params=range(5))
+def measured(request):
+    results = random_results(PROTOCOL, 30, seed=request.param)
+    return results, summarise(PROTOCOL, results, {})
+
+
+def cells_by_place(summary):
+    heading, *lines = settings_table(summary)
+    return {
+        (line[0], column): cell
+        for line in lines
+        for column, cell in zip(heading[1:], line[1:], strict=True)
+    }
+
+
+def test_lines_and_columns_come_as_they_first_appear_but_as_chosen_is_the_first(measured):
+    heading, *lines = settings_table(measured[1])
+    assert heading == ["settings", *COLUMNS]
+    assert [line[0] for line in lines] == list(LINES)
+
+
+def test_every_rate_is_in_its_cell_and_what_was_not_run_is_a_dash(measured):
+    _, summary = measured
+    rates = dict(zip(PROTOCOL.entries, summary["rows"], strict=True))
+    cells = cells_by_place(summary)
+    assert len(cells) == len(LINES) * len(COLUMNS)
+    for (line, column), cell in cells.items():
+        entry = changed(COLUMNS[column], LINES[line])
+        if entry in rates:
+            assert cell.partition(" (")[0] == f"{rates[entry]['pc_success']:.0f} %"
+        else:
+            assert cell == "-"
+    assert sum(cell != "-" for cell in cells.values()) == len(PROTOCOL.entries)
+
+
+def test_differences_are_those_over_the_episodes_that_both_rows_have(measured):
+    results, summary = measured
+    rows = rows_by_entry(results)
+    for (line, column), cell in cells_by_place(summary).items():
+        told = re.fullmatch(r"\d+ % \(([+-]\d+), ([+-]\d+) to ([+-]\d+)\)", cell)
+        assert (told is not None) == (line != "as chosen" and cell != "-")
+        if told is None:
+            continue
+        a, b = rows[changed(COLUMNS[column], LINES[line])], rows[COLUMNS[column]]
+        pairs = [(a[key], b[key]) for key in a if a[key] is not None and b[key] is not None]
+        difference, low, high = map(int, told.groups())
+        assert difference == round(100.0 * np.mean([int(x) - int(y) for x, y in pairs]))
+        # Another seed of the bootstrap may move a bound by an episode: a 30th, or more with void.
+        again = contrast((a, b), (1, -1), np.random.default_rng(7)).interval
+        assert (low, high) == pytest.approx([100.0 * bound for bound in again], abs=5.0)
+        assert low <= difference <= high
+
+
+def test_a_cell_reads_as_people_write_it():
+    protocol = Protocol("p", "s", (Entry("a", "x"), Entry("a?b=1", "x")))
+    results = results_of(protocol, [[SUCCESS, HIT, HIT, HIT] * 3, [SUCCESS] * 12])
+    summary = summarise(protocol, results, {})
+    (pair,) = summary["comparisons"]
+    low, high = pair["pc_difference_ci95"]
+    assert settings_table(summary) == [
+        ["settings", "a, x"],
+        ["as chosen", "25 %"],
+        ["b=1", f"100 % (+75, {low:+.0f} to {high:+.0f})"],
+    ]
+
+
+def test_void_rows_have_no_rate_and_nothing_to_compare_with():
+    protocol = Protocol("p", "s", (Entry("a", "x"), Entry("a?b=1", "x"), Entry("a?b=2", "x")))
+    results = results_of(protocol, [[VOID] * 2, [SUCCESS, HIT], [VOID] * 2])
+    lines = settings_table(summarise(protocol, results, {}))[1:]
+    assert lines == [["as chosen", "-"], ["b=1", "50 %"], ["b=2", "-"]]
+
+
+def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
+    summary = json.loads((ROOT / "docs" / "results" / "floors.json").read_text(encoding="utf-8"))
+    (text,) = {row["policy"].partition("?")[2] for row in summary["rows"]}
+    rates = [f"{row['pc_success']:.0f} %" for row in summary["rows"]]
+    assert settings_table(summary)[1:] == [["as chosen", "-", "-", "-"], [text, *rates]]
+
+
+def test_without_settings_there_is_only_what_is_as_chosen():
+    summary = summarise(FULL, random_results(FULL, 10), {})
+    heading, line = settings_table(summary)
+    assert len(heading) == len(line) == 1 + len(FULL.entries)
+    assert line == ["as chosen", *(f"{row['pc_success']:.0f} %" for row in summary["rows"])]
+
+
+def test_a_summary_is_the_same_after_it_was_a_file(measured):
+    _, summary = measured
+    assert settings_table(json.loads(json.dumps(summary))) == settings_table(summary)
+
+
+def reports(protocol, results):
+    summary = summarise(protocol, results, {})
+    arguments = Path("results/run"), protocol, results, summary, "dressing-sim evaluate"
+    return markdown(*arguments), page(*arguments).replace("\u00a0", " "), summary
+
+
+def test_the_reports_have_the_table_where_there_are_settings(measured):
+    text, html, summary = reports(PROTOCOL, measured[0])
+    cells = settings_table(summary)
+    assert f"## Settings of policies\n\n{markdown_table(cells)}\n\n{SETTINGS_RULE}\n" in text
+    section = html.partition('<section id="settings">')[2].partition("</section>")[0]
+    assert SETTINGS_RULE in section
+    found = re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", section)
+    assert [cell.replace("&amp;", "&") for cell in found] == [c for line in cells for c in line]
+
+
+@pytest.mark.parametrize("protocol", [FULL, SMALL], ids=lambda p: p.name)
+def test_the_reports_have_no_such_table_without_settings(protocol):
+    text, html, _ = reports(protocol, random_results(protocol, 8))
+    assert "Settings of policies" not in text + html
+    assert SETTINGS_RULE not in text + html
+    assert 'id="settings"' not in html
+
+
+def test_a_page_of_the_documentation_can_have_the_table(measured):
+    _, summary = measured
+    blocks = runpy.run_path(str(ROOT / "scripts" / "fill_tables.py"))["BLOCKS"]
+    assert blocks["settings"](summary) == markdown_table(settings_table(summary))
