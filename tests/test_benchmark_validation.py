@@ -6,6 +6,7 @@ import pytest
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.validation import (
+    CONVERGED,
     DEFAULT,
     FINEST,
     PATHS,
@@ -67,12 +68,17 @@ def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_one_at_a_tim
             if plain["world"][part][key] != theirs["world"][part][key]
         }
         assert different
-        if other.name not in (FINEST, "CG"):
+        together = {"CG", "CG with 10 iterations", "coarse mesh and double step"}
+        if other.name not in {FINEST, *together}:
             assert len(different) == 1
         changed |= different
     assert {"timestep", "edge", "iterations", "tolerance", "solver"} <= changed
     edges = {s.name: s.config.world.sleeve.edge for s in settings()}
-    assert edges["coarse mesh"] > edges[DEFAULT] > edges[FINEST]
+    assert edges["coarse mesh"] > edges[DEFAULT] > edges["fine mesh"] > edges[FINEST]
+    steps = {s.name: s.config.world.solver.timestep for s in settings()}
+    assert steps["half step"] == 0.5 * steps[DEFAULT] == 0.25 * steps["double step"]
+    assert len({s.name for s in settings()}) == len(settings())
+    assert not any("," in s.name for s in settings())  # a comma separates the names of --only
 
 
 def test_paths_are_the_operators_straight_lower_and_higher():
@@ -126,6 +132,35 @@ def test_differences_are_medians_and_costs_relative():
     assert row(summary, DEFAULT)["difference_grip_force"] == pytest.approx(0.2)
     assert row(summary, FINEST)["relative_cost"] == pytest.approx(3.0)
     assert row(summary, DEFAULT)["relative_cost"] == 1.0
+
+
+SOLVERS = {s.name: s for s in settings()}
+
+
+@pytest.mark.parametrize(("error", "passed"), [(0.02, True), (0.2, False)])
+def test_the_solver_s_error_is_that_of_nine_of_ten_dressings(error, passed):
+    """Against a converged solver, on the same mesh and step alone; failures do not count."""
+    names = (DEFAULT, FINEST, CONVERGED, "half step", "CG")
+    off = {DEFAULT: error, "CG": 0.5, FINEST: 0.3, "half step": 0.3, CONVERGED: 0.0}
+    made = []
+    for name in names:
+        for i in range(11):
+            for kind in PATHS:
+                # One of eleven is far off, two of another path fail.
+                strain = 0.1 * (1.0 + (5.0 if i == 3 and name == DEFAULT else off[name]))
+                failures = STUCK if kind == "too low" and i < 2 else ()
+                scale = 7.0 if failures and name == DEFAULT else 1.0
+                made.append(Trial(name, kind, f"p{i}", outcome(failures, scale * strain), 1.0))
+    summary = compare(made, [SOLVERS[name] for name in names])
+    assert row(summary, DEFAULT)["solver_error"] == pytest.approx(error)
+    assert summary["solver_error"] == row(summary, DEFAULT)["solver_error"]
+    assert row(summary, CONVERGED)["solver_error"] == 0.0
+    assert row(summary, "CG")["solver_error"] == pytest.approx(0.5)
+    assert row(summary, FINEST)["solver_error"] is None
+    assert row(summary, "half step")["solver_error"] is None
+    assert summary["passed"] == passed
+    text = validation_markdown(summary, "")
+    assert f"{100 * error:.1f} % off a converged one, 5 % are allowed" in text
 
 
 def test_the_report_says_what_the_summary_says(tmp_path):

@@ -108,6 +108,7 @@ class Strip:
         weightless: No gravity.
         elasticity: Which forces the cloth has: 0 none, 1 bending, 2 stretching, 3 both.
         iterations: Of the solver, if not an episode's.
+        timestep: If not an episode's [s].
     """
 
     def __init__(
@@ -119,10 +120,11 @@ class Strip:
         weightless=False,
         elasticity=3,
         iterations=SOLVER.iterations,
+        timestep=SOLVER.timestep,
     ):
         spec = mujoco.MjSpec()
         option = spec.option
-        option.timestep = SOLVER.timestep
+        option.timestep = timestep
         option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
         option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{SOLVER.solver.upper()}")
         option.iterations = iterations
@@ -542,14 +544,28 @@ def test_the_forces_of_the_cloth_are_the_gradient_of_its_energy(rng):
         assert np.diff(energies)[0] / 2e-6 == pytest.approx(-force @ direction, rel=1e-5)
 
 
-@pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])
-def test_a_cloth_that_is_let_go_from_the_horizontal_never_gains_energy(damping):
-    """First law: with gravity and elasticity alone, the total cannot grow, in no single step."""
+def let_go(damping, timestep=SOLVER.timestep):
+    """Energy lost in each step of a cloth that swings down from the horizontal, (n_steps,) [J]."""
     fabric = replace(FABRIC, damping=damping)
     mesh = cloth_of(fabric)
     held = np.flatnonzero(mesh.vertices[:, 0] < 1e-9).tolist()
-    losses = EnergyMeter(Strip(fabric, mesh, dict.fromkeys(held, "xyz"))).losses(2.0)
-    assert np.all(losses > 0.0)
+    strip = Strip(fabric, mesh, dict.fromkeys(held, "xyz"), timestep=timestep)
+    return EnergyMeter(strip).losses(2.0)
+
+
+@pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])
+def test_a_cloth_that_is_let_go_from_the_horizontal_never_gains_energy(damping):
+    """First law: with gravity and elasticity alone, the total cannot grow, in no single step."""
+    assert np.all(let_go(damping) > 0.0)
+
+
+def test_twice_the_step_would_not_do_for_the_cloth():
+    """Why the step is not longer, though verdicts are the same: energy comes from nowhere.
+
+    Measured: 0.25 mJ in one step, of 3.5 mJ that the cloth loses until it hangs still.
+    """
+    losses = let_go(0.0, 2.0 * SOLVER.timestep)
+    assert losses.min() < -0.05 * losses.sum()
 
 
 @pytest.mark.parametrize("damping", [FABRIC.damping, 0.0])

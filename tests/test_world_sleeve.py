@@ -194,18 +194,33 @@ def test_the_mass_is_that_of_the_cloth(config):
     np.testing.assert_allclose(mesh.masses @ mesh.vertices, density * areas(mesh) @ corners)
 
 
+def weight_of(garment):
+    """Mass of the cone and of half the shirt's body [kg], whatever the mesh."""
+    circumferences = np.array([garment.armscye_circumference, garment.hem_circumference])
+    r1, r2 = circumferences / (2 * np.pi)
+    cone = np.pi * (r1 + r2) * np.hypot(garment.length, r1 - r2)
+    return garment.fabric.areal_density * (cone + 0.5 * garment.body * circumferences[0])
+
+
 def test_a_fine_mesh_weighs_what_the_cone_and_half_the_body_do():
     for body in (0.0, 0.25):
         garment = Garment(body=body)
-        circumferences = np.array([garment.armscye_circumference, garment.hem_circumference])
-        r1, r2 = circumferences / (2 * np.pi)
-        cone = np.pi * (r1 + r2) * np.hypot(garment.length, r1 - r2)
-        weight = garment.fabric.areal_density * (cone + 0.5 * body * circumferences[0])
+        weight = weight_of(garment)
         fine = mesh_of(SleeveConfig(garment=garment, edge=0.005)).masses.sum()
         assert fine == pytest.approx(weight, rel=0.02 if body else 1e-3)
         # Half the body, to a cell on either side and half of each of its zigzag edges.
         coarse = mesh_of(SleeveConfig(garment=garment)).masses.sum()
         assert coarse == pytest.approx(weight, rel=0.1 if body else 0.01)
+
+
+def test_a_coarser_mesh_would_not_do():
+    """Why edges are not longer, though verdicts are the same: a seventh of the weight is lost.
+
+    Measured, with the shirt's body and edges of 40 mm: 22.2 g of 26.1 g.
+    """
+    garment = Garment(body=0.25)
+    coarse = mesh_of(SleeveConfig(garment=garment, edge=0.040)).masses.sum()
+    assert coarse < 0.9 * weight_of(garment)
 
 
 # Grip
