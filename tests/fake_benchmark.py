@@ -10,7 +10,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +22,7 @@ import numpy as np
 import psutil
 
 from dressing_sim.benchmark import runner
+from dressing_sim.benchmark.executors import Workers
 from dressing_sim.benchmark.plan import demonstration_seed
 from dressing_sim.benchmark.runner import Work
 from dressing_sim.benchmark.store import EpisodeResult
@@ -29,6 +32,33 @@ from dressing_sim.judge import Failure, Outcome
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.
 DEADLINE = 180.0
+
+
+class Threads(Workers):
+    """Workers that cannot die; counts what is in flight."""
+
+    def __init__(self, count):
+        self._executor, self._count = ThreadPoolExecutor(count), count
+        self.most, self._flying, self._lock = 0, 0, threading.Lock()
+
+    @property
+    def count(self):
+        return self._count
+
+    def submit(self, fn, /, *args, **kwargs):
+        with self._lock:
+            self._flying += 1
+            self.most = max(self.most, self._flying)
+        future = self._executor.submit(fn, *args, **kwargs)
+        future.add_done_callback(self._landed)
+        return future
+
+    def _landed(self, _):
+        with self._lock:
+            self._flying -= 1
+
+    def shutdown(self, wait=True, *, cancel_futures=False):
+        self._executor.shutdown(wait, cancel_futures=cancel_futures)
 
 
 class FakePolicy:

@@ -1,10 +1,10 @@
 import json
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from fake_benchmark import Threads
 
 from dressing_sim.benchmark import cost
 from dressing_sim.benchmark.cost import (
@@ -17,6 +17,7 @@ from dressing_sim.benchmark.cost import (
     summarise_runs,
 )
 from dressing_sim.benchmark.cost_report import cost_figure, cost_table, write_cost_report
+from dressing_sim.benchmark.executors import Processes
 from dressing_sim.benchmark.paper_settings import PaperSettings
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.demonstration import Demonstration
@@ -41,8 +42,8 @@ def shown():
 
 @pytest.fixture(scope="module")
 def summary(shown):
-    with ThreadPoolExecutor(1) as executor:
-        return run_paper_cost(executor, shown, seed=3, settings=QUICK, runs=3)
+    with Threads(1) as workers:
+        return run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
 
 
 def without_seconds(summary):
@@ -77,18 +78,35 @@ def test_the_cost_of_all_runs_never_rises(summary):
 
 
 def test_the_summary_does_not_depend_on_the_number_of_workers(shown, summary):
-    with ThreadPoolExecutor(3) as executor:
-        again = run_paper_cost(executor, shown, seed=3, settings=QUICK, runs=3)
+    with Threads(3) as workers:
+        again = run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
     assert without_seconds(again) == without_seconds(summary)
     assert json.loads(json.dumps(summary)) == summary
+
+
+def test_a_run_whose_worker_died_is_run_once_more(shown, summary):
+    class FirstDies(Threads):
+        calls = 0
+
+        def submit(self, fn, /, *args, **kwargs):
+            self.calls += 1
+            if self.calls > 1:
+                return super().submit(fn, *args, **kwargs)
+            future = Future()
+            future.set_exception(BrokenExecutor("killed"))
+            return future
+
+    with FirstDies(2) as workers:
+        again = run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
+    assert without_seconds(again) == without_seconds(summary)
 
 
 def test_runs_can_be_sent_to_processes(shown):
     settings = replace(QUICK, max_iterations=1, free_axes="arm-plane", situations="arms")
     told = []
-    with ProcessPoolExecutor(1, get_context("spawn")) as executor:
+    with Processes(1) as workers:
         result = run_paper_cost(
-            executor,
+            workers,
             {"case_a": shown["case_a"]},
             settings=settings,
             runs=1,

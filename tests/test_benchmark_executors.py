@@ -2,12 +2,12 @@ import json
 import os
 import signal
 import sys
-import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from fake_benchmark import (
+    Threads,
     dask_cluster,
     fake_work,
     is_running,
@@ -24,7 +24,6 @@ from dressing_sim.benchmark.executors import (
     DaskWorkers,
     Processes,
     WorkerDied,
-    Workers,
     completed,
 )
 from dressing_sim.benchmark.plan import make_plan
@@ -33,33 +32,6 @@ from dressing_sim.benchmark.runner import run_plan
 from dressing_sim.benchmark.store import open_run
 from dressing_sim.demonstration import versions
 from dressing_sim.errors import DressingSimError, InvalidInputError
-
-
-class Threads(Workers):
-    """Workers that cannot die; counts what is in flight."""
-
-    def __init__(self, count):
-        self._executor, self._count = ThreadPoolExecutor(count), count
-        self.most, self._flying, self._lock = 0, 0, threading.Lock()
-
-    @property
-    def count(self):
-        return self._count
-
-    def submit(self, fn, /, *args, **kwargs):
-        with self._lock:
-            self._flying += 1
-            self.most = max(self.most, self._flying)
-        future = self._executor.submit(fn, *args, **kwargs)
-        future.add_done_callback(self._landed)
-        return future
-
-    def _landed(self, _):
-        with self._lock:
-            self._flying -= 1
-
-    def shutdown(self, wait=True, *, cancel_futures=False):
-        self._executor.shutdown(wait, cancel_futures=cancel_futures)
 
 
 def square(number):

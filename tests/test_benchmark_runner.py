@@ -1,13 +1,12 @@
 import json
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_benchmark import FakePolicy, fake_work, tries, write_suite
+from fake_benchmark import FakePolicy, Threads, fake_work, tries, write_suite
 
 from dressing_sim.benchmark import runner
-from dressing_sim.benchmark.executors import Processes, Workers
+from dressing_sim.benchmark.executors import Processes
 from dressing_sim.benchmark.plan import demonstration_seed, fitting_seed, make_plan, posture_seed
 from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.protocol import Entry, Protocol
@@ -32,19 +31,6 @@ from dressing_sim.world.sleeve import SleeveConfig
 ENTRIES = (Entry("tp-gmm", "case_a"), Entry(EXPERT), Entry("tp-gmm", "case_b"))
 
 
-class Here(Workers):
-    """One worker, in this process."""
-
-    count = 1
-
-    def __init__(self):
-        self._executor = ThreadPoolExecutor(1)
-        self.submit = self._executor.submit
-
-    def shutdown(self, wait=True, *, cancel_futures=False):
-        self._executor.shutdown(wait, cancel_futures=cancel_futures)
-
-
 @pytest.fixture
 def protocol(tmp_path):
     return Protocol("tiny", write_suite(tmp_path / "suite.json", 4), ENTRIES)
@@ -52,7 +38,7 @@ def protocol(tmp_path):
 
 def run(folder, plan, resume=False, workers=None, **settings):
     work = settings.pop("work", fake_work(folder))
-    with workers or Here() as crew, open_run(folder / "run", plan, resume) as opened:
+    with workers or Threads(1) as crew, open_run(folder / "run", plan, resume) as opened:
         return run_plan(opened, crew, work=work, **settings)
 
 
@@ -240,7 +226,7 @@ def test_repeated_demonstrations_are_told_of_also_when_they_were_loaded(
     attempts(2)
     plan = make_plan(replace(protocol, demonstration_sets=2))
     for _ in range(2):
-        with Here() as crew, open_run(tmp_path / "run", plan, resume=True) as opened:
+        with Threads(1) as crew, open_run(tmp_path / "run", plan, resume=True) as opened:
             record_demonstrations(opened, crew)
             told = repeated_demonstrations(opened)
         first = plan.shown["case_a"][0]

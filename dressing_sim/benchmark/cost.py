@@ -8,7 +8,6 @@ reduction and number of trajectories generated", and the figure of the cost redu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.benchmark.executors import Workers, completed
 from dressing_sim.benchmark.paper_settings import PaperSettings
 from dressing_sim.benchmark.policies import BUILT_IN
 from dressing_sim.demonstration import Demonstration, versions
@@ -53,7 +53,7 @@ class CostRun:
 
 
 def run_paper_cost(
-    executor: Executor,
+    workers: Workers,
     demonstrations: Mapping[str, Sequence[Demonstration]],
     seed: int = 0,
     progress: Progress | None = None,
@@ -63,7 +63,7 @@ def run_paper_cost(
     """Run Algorithm 1 many times on each set of demonstrations, by each of its methods.
 
     Args:
-        executor: Where runs happen; all but the seconds is the same for any number of workers.
+        workers: Where runs happen; all but the seconds is the same for any number of workers.
         demonstrations: Expert demonstrations by the name of their suite.
         seed: Run i has the same seed, which depends on this and on i, in every row.
         progress: Told after each run.
@@ -74,24 +74,31 @@ def run_paper_cost(
         ``{"rows": [...], "paper": {...}, "versions": {...}, "config": {...}}``. A row has
         ``policy``, ``demonstrations``, ``n_runs``, ``seconds_median`` and ``steps``, one for each
         number n of accepted demonstrations, see `summarise_runs`.
+
+    Raises:
+        DressingSimError: A worker died twice under a run.
     """
     settings = settings or PaperSettings()
     report = progress or (lambda stage, done, total, results: None)
-    jobs: dict[Future[CostRun], tuple[str, str]] = {}
-    for name, recorded in demonstrations.items():
-        # A worker needs the path and the frames, not the joint commands.
-        shown = [SyntheticDemonstration(d.positions, d.dt, d.frames) for d in recorded]
-        for policy, method in POLICIES.items():
-            for run in range(runs):
-                future = executor.submit(_run, shown, method, run_seed(seed, run), settings)
-                jobs[future] = policy, name
-    report("runs", 0, len(jobs), ())
-    for done, _ in enumerate(as_completed(jobs), start=1):
-        report("runs", done, len(jobs), ())
+    # A worker needs the path and the frames, not the joint commands.
+    shown = {
+        name: [SyntheticDemonstration(d.positions, d.dt, d.frames) for d in recorded]
+        for name, recorded in demonstrations.items()
+    }
+    places = [(name, policy) for name in shown for policy in POLICIES]
+    calls = [
+        ((*place, run), (shown[place[0]], POLICIES[place[1]], run_seed(seed, run), settings))
+        for place in places
+        for run in range(runs)
+    ]
+    found: dict[tuple[str, str, int], CostRun] = {}
+    report("runs", 0, len(calls), ())
+    for key, future in completed(workers, _run, calls):
+        found[key] = future.result()
+        report("runs", len(found), len(calls), ())
     rows = []
-    for row in dict.fromkeys(jobs.values()):
-        results = [future.result() for future, place in jobs.items() if place == row]
-        policy, name = row
+    for name, policy in places:
+        results = [found[name, policy, run] for run in range(runs)]
         most = settings.max_demonstrations - len(demonstrations[name])
         rows.append(
             {
