@@ -436,7 +436,9 @@ def test_the_command_measures_the_study_beyond_protective_stops(ran, tmp_path, c
         "expert",
         "tp-gmm on case_a",
         "tp-gmm-rf on case_a",
+        "tp-gmm-rf-noise on case_a",
         "tp-gmm on case_b",
+        "tp-gmm-rf-noise on case_b",
         "tp-gmm on baseline7",
     ]
 

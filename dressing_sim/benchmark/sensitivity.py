@@ -34,9 +34,12 @@ PROTOCOL = Protocol(
         Entry(EXPERT),
         Entry("tp-gmm", "case_a"),
         Entry("tp-gmm-rf", "case_a"),
+        Entry("tp-gmm-rf-noise", "case_a"),
         Entry("tp-gmm", "case_b"),
+        Entry("tp-gmm-rf-noise", "case_b"),
         Entry("tp-gmm", "baseline7"),
     ),
+    demonstration_sets=5,
 )
 
 #: Thresholds that are scaled as a distance from here: the shoulder, and all of the cloth [%].
