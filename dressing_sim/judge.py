@@ -34,6 +34,10 @@ REASONS = (
 )
 
 
+#: A hem that stays within this much of an arm coordinate, some millimetres, does not move.
+_STILL = 0.02
+
+
 @dataclass(frozen=True, slots=True)
 class Thresholds:
     """When a dressing counts as done and what it may not do on the way."""
@@ -147,7 +151,7 @@ class ProtectiveStop:
         limits = (
             ("over_strain", now.strain > rules.strain),
             ("over_force", now.grip_force > rules.grip_force),
-            ("over_force", now.link_force.max() > rules.link_force),
+            ("over_force", now.link_force > rules.link_force),
         )
         for i, (reason, exceeded) in enumerate(limits):
             self._runs[i] = self._runs[i] + 1 if exceeded else 0
@@ -237,15 +241,27 @@ def _at_the_stop(trace: Trace, reasons: Mapping[str, int], rules: Thresholds) ->
             detail = f"the cloth slipped from the fingers at {trace.grip_force[last]:.1f} N"
             yield _failure(trace, last, reason, detail, where)
         elif reason == "over_strain":
-            detail = f"the cloth was stretched too far at the {where}"
+            strained = 100.0 * trace.strain[begin:].max()
+            detail = f"the cloth was stretched by {strained:.0f} % at the {where}"
             yield _failure(trace, begin, reason, detail, where)
         else:
-            detail = f"the cloth was pulled too hard at the {where}"
-            yield _failure(trace, begin, reason, detail, where)
+            yield _failure(trace, begin, reason, _force(trace[begin:], where, rules), where)
 
 
 def _failure(trace: Trace, row: int, reason: str, detail: str, where: str | None = None) -> Failure:
     return Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row]), where)
+
+
+def _force(trace: Trace, where: str, rules: Thresholds) -> str:
+    """What was too much force in the rows given."""
+    pull, links = trace.grip_force.max(), np.linalg.norm(trace.link_force, axis=2).max(axis=0)
+    told = [f"the cloth was pulled with {pull:.1f} N at the {where}"]
+    if not pull > rules.grip_force:
+        told = []
+    for i in np.flatnonzero(links > rules.link_force):
+        link = trace.links[i].replace("_", " ")
+        told.append(f"the cloth pressed the {link} with {links[i]:.1f} N")
+    return " and ".join(told)
 
 
 def _held(trace: Trace, rules: Thresholds) -> slice:
@@ -257,9 +273,12 @@ def _stuck(trace: Trace) -> Failure:
     """A sleeve that has not arrived in the last row, and the part of the arm that holds it.
 
     Cloth slides along the straight parts of an arm; what holds a sleeve that lies across the elbow
-    is the elbow, whichever side of it presses harder. Elsewhere the armscye says where it is.
+    is the elbow, whichever side of it presses harder. Elsewhere the armscye says where it is. It is
+    dated to when the hem, which does not stretch with the pull, came to where it stayed.
     """
     last = len(trace) - 1
+    away = np.flatnonzero(np.abs(trace.hem_s - trace.hem_s[last]) > _STILL)
+    begin = int(away[-1]) + 1 if len(away) else 0
     armscye, hem = float(trace.armscye_s[last]), float(trace.hem_s[last])
     where = "elbow" if hem < 1.0 < armscye else region(armscye)
     pressed = int(np.argmax(trace.link_normal_force[last]))
@@ -268,7 +287,7 @@ def _stuck(trace: Trace) -> Failure:
         f"the sleeve was caught at the {where}: it lies from s = {hem:.2f} to {armscye:.2f} and "
         f"presses the {link} with {trace.link_normal_force[last, pressed]:.1f} N"
     )
-    return _failure(trace, last, "stuck", detail, where)
+    return _failure(trace, begin, "stuck", detail, where)
 
 
 def _ring_off(trace: Trace) -> Failure:

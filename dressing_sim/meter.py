@@ -35,15 +35,26 @@ class Meter:
         self._percentile = strain_percentile
         self._rows: list[dict[str, object]] = []
         self._rings: list[NDArray[np.float64]] = []
-        self._forget_hits()
+        limits = joint_limits()
+        self._middle = 0.5 * (limits.upper + limits.lower)
+        # Of positions, counted from the middle of their range, speeds and torques.
+        half = 0.5 * (limits.upper - limits.lower)
+        self._limits = np.array([half, limits.velocity, limits.effort])
+        self._forget()
 
-    def _forget_hits(self) -> None:
+    def _forget(self) -> None:
+        """What is since the row before begins anew."""
+        self._limit_ratio = np.zeros(3)
         self._hit_by = np.full(len(LINKS), -1)
         self._hit_force = np.zeros(len(LINKS))
 
     def feel(self) -> None:
-        """Feel for touches of the robot; to be called after every physics step."""
-        for touch in self._world.touches():
+        """Look at what no physics step may do; to be called after each of them."""
+        world = self._world
+        used = [world.arm_configuration - self._middle, world.arm_velocity, world.arm_torque]
+        ratio = np.abs(np.array(used) / self._limits).max(axis=1)
+        self._limit_ratio = np.maximum(self._limit_ratio, ratio)
+        for touch in world.touches():
             if self._hit_by[touch.link] < 0 or touch.force > self._hit_force[touch.link]:
                 self._hit_by[touch.link] = touch.robot_link
                 self._hit_force[touch.link] = touch.force
@@ -51,12 +62,12 @@ class Meter:
     def read(self, target: NDArray[np.float64]) -> Limited:
         """Measure now; `target` is where the gripper should be, (3,) [m]."""
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
-        strain = self._gauge.principal(cloth)
-        forces = world.cloth_forces()
+        gauge, percentile = self._gauge, self._percentile
+        strain, forces = gauge.principal(cloth), world.cloth_load
         now = Limited(
-            strain=self._gauge.percentile(strain, self._percentile),
+            strain=gauge.percentile(strain, percentile),
             grip_force=float(np.linalg.norm(world.grip_load)),
-            link_force=np.linalg.norm(forces.net, axis=1),
+            link_force=float(np.linalg.norm(forces.net, axis=1).max()),
             hit=bool((self._hit_by >= 0).any()),
             holding=world.holding,
         )
@@ -67,23 +78,25 @@ class Meter:
                 "joint_position": world.arm_configuration,
                 "joint_velocity": world.arm_velocity,
                 "torque": world.arm_torque,
+                "limit_ratio": self._limit_ratio,
                 "strain": now.strain,
+                "strain_median": gauge.percentile(strain, 50.0),
                 "strain_max": strain.max(),
+                "edge_strain": gauge.edge_percentile(cloth, percentile),
                 "holding": now.holding,
                 "grip_force": now.grip_force,
-                "link_force": now.link_force,
+                "link_force": forces.net,
                 "link_normal_force": forces.normal,
                 "hit_by": self._hit_by,
                 "hit_force": self._hit_force,
             }
         )
         self._rings.append(world.mesh.rings(cloth))
-        self._forget_hits()
+        self._forget()
         return now
 
     def trace(self, dt: float) -> Trace:
         """All readings so far, `dt` seconds apart."""
-        limits = joint_limits()
         columns: dict[str, NDArray[Any]] = {
             name: np.array([row[name] for row in self._rows]) for name in self._rows[0]
         }
@@ -91,8 +104,6 @@ class Meter:
             dt=dt,
             links=LINKS,
             robot_links=self._world.robot_links,
-            torque_limit=limits.effort,
-            speed_limit=limits.velocity,
             clearance=self._world.clearance(columns["tcp"]),
             **columns,
             **self._progress(),

@@ -22,7 +22,7 @@ _REGIONS = (
 NEAR = 0.10
 
 #: Fields of a trace that have no rows.
-_CONSTANT = ("dt", "links", "robot_links", "torque_limit", "speed_limit")
+_CONSTANT = ("dt", "links", "robot_links")
 
 
 def region(s: float) -> str:
@@ -35,7 +35,7 @@ class Limited(NamedTuple):
 
     strain: float
     grip_force: float
-    link_force: NDArray[np.float64]
+    link_force: float
     hit: bool
     holding: bool
 
@@ -48,14 +48,15 @@ class Trace:
         dt: Time between two rows [s].
         links: Names of the mannequin's links, n_links.
         robot_links: Names of the robot's links.
-        torque_limit: Of each arm joint, shape (7,) [N m].
-        speed_limit: Of each arm joint, shape (7,) [rad/s].
         tcp: Gripper, shape (n, 3), in the robot's base frame [m].
         clearance: Distance from the gripper to the arm's surface, shape (n,) [m].
         tracking_error: Distance between gripper and target, shape (n,) [m].
         joint_position: Of the arm, shape (n, 7) [rad].
         joint_velocity: Of the arm, shape (n, 7) [rad/s].
         torque: Servo torques, shape (n, 7) [N m].
+        limit_ratio: How near the arm's joints came to the limits of position, speed and torque, in
+            any physics step since the row before, shape (n, 3); 1 at the limit, and for positions
+            0 in the middle of the range.
         armscye_s: Arm coordinate of the armscye's centre, shape (n,).
         hem_s: Arm coordinate of the hem's centre, shape (n,).
         wound: Whether every ring of the sleeve winds once round the arm, shape (n,).
@@ -63,12 +64,16 @@ class Trace:
             shape (n, 2); zero while it does not wind round the arm.
         line_triangle_on: Whether the line-triangle test says that the sleeve is on the arm, (n,).
         line_triangle_ratio: The shares dressed by that test, shape (n, 2).
-        strain: Strain at the percentile judged, shape (n,).
+        strain: Principal strain at the percentile of the area that is judged, shape (n,).
+        strain_median: The same of half the area, shape (n,).
         strain_max: Strain of the most strained triangle, shape (n,).
+        edge_strain: Strain of the mesh's edges at the same percentile of their length, shape (n,).
         holding: Whether the gripper still holds the cloth, shape (n,).
         grip_force: Pull of the gripper on the cloth, as a force sensor reads it, shape (n,) [N].
-        link_force: Net force of the cloth on each link, shape (n, n_links) [N].
-        link_normal_force: Sum of the cloth's normal forces on each link, shape (n, n_links) [N].
+        link_force: Net force of the cloth on each link, as a force sensor reads it, shape
+            (n, n_links, 3), in the robot's base frame [N].
+        link_normal_force: Sum of the cloth's normal forces on each link, as a sensor reads it,
+            shape (n, n_links) [N].
         hit_by: Index in `robot_links` of the link that hit each link of the mannequin hardest
             since the row before, -1 where none did, shape (n, n_links).
         hit_force: Normal force with which it did, shape (n, n_links) [N].
@@ -77,14 +82,13 @@ class Trace:
     dt: float
     links: tuple[str, ...]
     robot_links: tuple[str, ...]
-    torque_limit: NDArray[np.float64]
-    speed_limit: NDArray[np.float64]
     tcp: NDArray[np.float64]
     clearance: NDArray[np.float64]
     tracking_error: NDArray[np.float64]
     joint_position: NDArray[np.float64]
     joint_velocity: NDArray[np.float64]
     torque: NDArray[np.float64]
+    limit_ratio: NDArray[np.float64]
     armscye_s: NDArray[np.float64]
     hem_s: NDArray[np.float64]
     wound: NDArray[np.bool_]
@@ -92,7 +96,9 @@ class Trace:
     line_triangle_on: NDArray[np.bool_]
     line_triangle_ratio: NDArray[np.float64]
     strain: NDArray[np.float64]
+    strain_median: NDArray[np.float64]
     strain_max: NDArray[np.float64]
+    edge_strain: NDArray[np.float64]
     holding: NDArray[np.bool_]
     grip_force: NDArray[np.float64]
     link_force: NDArray[np.float64]
@@ -110,11 +116,12 @@ class Trace:
     def limited(self) -> Iterator[Limited]:
         """What has a limit, row by row."""
         hit = np.any(self.hit_by >= 0, axis=1)
+        link_force = np.linalg.norm(self.link_force, axis=2).max(axis=1)
         for row in range(len(self)):
             yield Limited(
                 float(self.strain[row]),
                 float(self.grip_force[row]),
-                self.link_force[row],
+                float(link_force[row]),
                 bool(hit[row]),
                 bool(self.holding[row]),
             )
@@ -128,6 +135,9 @@ class Trace:
         upper_arm, whole_arm = self.dressed_ratio[-1]
         speed = np.linalg.norm(np.diff(self.tcp, axis=0), axis=1) / self.dt
         near = speed[self.clearance[1:] < NEAR]
+        net = np.linalg.norm(self.link_force, axis=2).max(axis=0)
+        normal = self.link_normal_force.max(axis=0)
+        position_ratio, speed_ratio, torque_ratio = self.limit_ratio.max(axis=0)
         figures = {
             "duration": len(self) * self.dt,
             "armscye_s": self.armscye_s[-1],
@@ -137,15 +147,20 @@ class Trace:
             "line_triangle_on": self.line_triangle_on[-1],
             "line_triangle_ratio": self.line_triangle_ratio[-1, 0],
             "strain": self.strain.max(),
+            "strain_median": self.strain_median.max(),
             "strain_max": self.strain_max.max(),
+            "edge_strain": self.edge_strain.max(),
             "grip_force": self.grip_force.max(),
-            "link_force": self.link_force.max(),
-            "link_normal_force": self.link_normal_force.max(),
+            "link_force": net.max(),
+            "link_normal_force": normal.max(),
+            **{f"{link}_force": net[i] for i, link in enumerate(self.links)},
+            **{f"{link}_normal_force": normal[i] for i, link in enumerate(self.links)},
             "hit_force": self.hit_force.max(),
             "tracking_error": self.tracking_error.max(),
             "speed_near_arm": near.max(initial=0.0),
             "torque": np.abs(self.torque).max(),
-            "torque_ratio": (np.abs(self.torque) / self.torque_limit).max(),
-            "joint_speed_ratio": (np.abs(self.joint_velocity) / self.speed_limit).max(),
+            "torque_ratio": torque_ratio,
+            "joint_speed_ratio": speed_ratio,
+            "joint_position_ratio": position_ratio,
         }
         return {name: float(value) for name, value in figures.items()}

@@ -40,6 +40,7 @@ def good(**changes):
         "joint_position": np.zeros(per_joint),
         "joint_velocity": np.full(per_joint, 0.2),
         "torque": np.full(per_joint, 3.0),
+        "limit_ratio": np.full((ROWS, 3), [0.3, 0.1, 0.25]),
         "armscye_s": s,
         "hem_s": s - 0.8,
         "wound": np.ones(ROWS, dtype=bool),
@@ -47,22 +48,23 @@ def good(**changes):
         "line_triangle_on": np.ones(ROWS, dtype=bool),
         "line_triangle_ratio": np.stack([np.maximum(s - 1.1, 0.0), 0.4 * s], axis=1),
         "strain": np.full(ROWS, 0.5 * RULES.strain),
+        "strain_median": np.full(ROWS, 0.1 * RULES.strain),
         "strain_max": np.full(ROWS, 0.8 * RULES.strain),
+        "edge_strain": np.full(ROWS, 0.4 * RULES.strain),
         "holding": np.ones(ROWS, dtype=bool),
         "grip_force": np.full(ROWS, 0.2 * RULES.grip_force),
-        "link_force": np.full(per_link, 0.2 * RULES.link_force),
+        "link_force": np.full((*per_link, 3), [0.2 * RULES.link_force, 0.0, 0.0]),
         "link_normal_force": np.full(per_link, 0.3 * RULES.link_force),
         "hit_by": np.full(per_link, -1),
         "hit_force": np.zeros(per_link),
     }
-    limits = {"torque_limit": np.full(7, 12.0), "speed_limit": np.full(7, 2.0)}
-    return Trace(DT, LINKS, ROBOT_LINKS, **limits, **(columns | changes))
+    return Trace(DT, LINKS, ROBOT_LINKS, **(columns | changes))
 
 
 def changed(name, rows, value):
-    """The good trace with one quantity changed in some rows."""
+    """The good trace with one quantity changed in some rows; of net forces, what is along x."""
     column = getattr(good(), name).copy()
-    column[rows] = value
+    (column[..., 0] if name == "link_force" else column)[rows] = value
     return good(**{name: column})
 
 
@@ -216,7 +218,9 @@ def test_a_sleeve_is_stuck_where_it_is_caught(hem, armscye, where, reason):
     assert outcome.reasons == (("stuck", reason) if reason else ("stuck",))
     stuck = outcome.failures[0]
     assert (stuck.where, stuck.s) == (where, armscye)
-    assert stuck.time == outcome.figures["duration"]
+    # Dated to when it came to where it stays.
+    begin, _, _ = rows.indices(ROWS)
+    assert stuck.time == pytest.approx((begin + 1) * DT)
 
 
 @pytest.mark.parametrize("reason", ["hit", "grasp_lost"])
@@ -250,10 +254,25 @@ def test_a_sleeve_that_came_off_is_dated_to_when_it_did_for_good():
 
 def test_two_forces_are_one_failure_dated_by_the_earlier():
     trace = changed("grip_force", slice(175, 195), 2 * RULES.grip_force)
-    trace.link_force[170:190, 1] = 2 * RULES.link_force
+    trace.link_force[170:190, 1, 0] = 2 * RULES.link_force
     outcome = verdict(trace)
     assert outcome.reasons == ("over_force",)
     assert outcome.failures[0].time == pytest.approx(171 * DT)
+    detail = outcome.failures[0].detail
+    assert f"pulled with {2 * RULES.grip_force:.1f} N" in detail
+    assert f"pressed the forearm with {2 * RULES.link_force:.1f} N" in detail
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "untold"),
+    [("grip_force", "pulled with", "pressed"), ("link_force", "pressed the hand", "pulled")],
+)
+def test_too_much_force_says_which_and_how_much(name, told, untold):
+    limit = getattr(RULES, name)
+    (failure,) = verdict(changed(name, LONG, 3 * limit)).failures
+    assert told in failure.detail
+    assert f"with {3 * limit:.1f} N" in failure.detail
+    assert untold not in failure.detail
 
 
 def test_the_rules_can_be_changed():
@@ -266,7 +285,9 @@ def test_the_rules_can_be_changed():
 def test_figures_are_the_ends_and_the_extremes():
     trace = good()
     trace.torque[7, 3] = -9.0
-    trace.joint_velocity[8, 2] = -1.5
+    trace.limit_ratio[8] = [0.4, 0.7, 0.2]
+    trace.link_force[11, 1] = [3.0, 4.0, 12.0]
+    trace.link_normal_force[12, 2] = 0.4 * RULES.link_force
     trace.grip_force[9] = 1.5 * RULES.grip_force
     figures = verdict(trace).figures
     assert figures["duration"] == pytest.approx(ROWS * DT)
@@ -277,10 +298,16 @@ def test_figures_are_the_ends_and_the_extremes():
     assert figures["line_triangle_on"] == 1.0
     assert figures["line_triangle_ratio"] == trace.line_triangle_ratio[-1, 0]
     assert figures["torque"] == 9.0
-    assert figures["torque_ratio"] == 9.0 / 12.0
-    assert figures["joint_speed_ratio"] == 1.5 / 2.0
+    names = ("joint_position_ratio", "joint_speed_ratio", "torque_ratio")
+    assert [figures[name] for name in names] == [0.4, 0.7, 0.25]
     assert figures["grip_force"] == 1.5 * RULES.grip_force
-    assert figures["link_normal_force"] == 0.3 * RULES.link_force
+    assert figures["link_force"] == figures["forearm_force"] == pytest.approx(13.0)
+    assert figures["hand_force"] == 0.2 * RULES.link_force
+    assert figures["link_normal_force"] == 0.4 * RULES.link_force
+    assert figures["upper_arm_normal_force"] == 0.4 * RULES.link_force
+    assert figures["hand_normal_force"] == 0.3 * RULES.link_force
+    for name in ("strain", "strain_median", "strain_max", "edge_strain"):
+        assert figures[name] == getattr(trace, name).max()
     assert all(type(value) is float for value in figures.values())
 
 
@@ -336,7 +363,6 @@ def test_a_trace_is_sliced_by_rows(start, length):
     trace, part = good(), good()[start : start + length]
     assert len(part) == min(length, ROWS - start)
     np.testing.assert_array_equal(part.link_force, trace.link_force[start : start + length])
-    np.testing.assert_array_equal(part.torque_limit, trace.torque_limit)
     assert (part.dt, part.links) == (trace.dt, trace.links)
 
 

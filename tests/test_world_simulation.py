@@ -100,6 +100,18 @@ def test_the_grip_s_load_is_its_force_after_a_low_pass_of_10_hz(world):
     assert np.linalg.norm(expected) > 0.0
 
 
+def test_the_links_loads_are_their_forces_after_the_same_low_pass(world):
+    """As the grip's; a filter with gain one keeps the mean: the sleeve's weight on the arm."""
+    decay = np.exp(-2.0 * np.pi * 10.0 * world.config.solver.timestep)
+    net, normal = world.cloth_load.net, world.cloth_load.normal
+    for _ in sweep(world, seconds=0.2):
+        net = decay * net + (1.0 - decay) * world.cloth_forces().net
+        normal = decay * normal + (1.0 - decay) * world.cloth_forces().normal
+        np.testing.assert_allclose(world.cloth_load.net, net, atol=1e-12)
+        np.testing.assert_allclose(world.cloth_load.normal, normal, atol=1e-12)
+    assert normal.max() > 0.0
+
+
 @pytest.mark.parametrize("strength", [0.05, 42.0])
 def test_cloth_that_pulls_harder_than_the_fingers_hold_slips_out(posture, strength):
     config = WorldConfig(grip_strength=strength)

@@ -100,3 +100,26 @@ def test_so_much_of_the_area_stays_at_or_below_the_percentile(seed, percent):
     share = gauge.areas / gauge.areas.sum() * 100.0
     assert share[strain <= value].sum() >= percent - 1e-9
     assert share[strain < value].sum() <= percent + 1e-9
+
+
+def test_edges_stretch_as_the_cloth_does_along_them():
+    """An edge at an angle a to a stretch s gets sqrt(1 + (s^2 - 1) cos^2 a) as long."""
+    mesh = flat([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]], [[0, 1, 2]])
+    gauge = StrainGauge(mesh)
+    stretched = mesh.vertices * [1.2, 1.0, 1.0]
+    slanted = np.sqrt(1.0 + (1.2**2 - 1.0) / 4.0) - 1.0
+    assert gauge.edge_percentile(stretched, 100.0) == pytest.approx(0.2)
+    # Two of the three edges, all as long at rest.
+    assert gauge.edge_percentile(stretched, 60.0) == pytest.approx(slanted)
+    assert gauge.edge_percentile(mesh.vertices, 50.0) == pytest.approx(0.0, abs=1e-12)
+
+
+@given(seeds)
+def test_no_edge_is_strained_more_than_the_triangles(seed):
+    """An edge sees a stretch between a triangle's two principal ones."""
+    mesh = random_triangles(seed)
+    gauge = StrainGauge(mesh)
+    rng = np.random.default_rng(seed)
+    deformed = mesh.vertices @ (np.eye(3) + 0.2 * rng.uniform(-1, 1, (3, 3)))
+    most = gauge.principal(deformed).max()
+    assert gauge.edge_percentile(deformed, 100.0) <= most + 1e-9

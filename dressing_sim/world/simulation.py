@@ -15,9 +15,9 @@ from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.scene import WorldConfig, build_spec, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 
-#: Cutoff of the low pass in the gripper's force sensor [Hz]: own choice, of the order of the
-#: filters that force-torque sensors at a robot's wrist are read with. Chatter between two physics
-#: steps goes, a sleeve that catches (in tenths of a second) stays.
+#: Cutoff of the low pass in the force sensors of gripper and arm [Hz]: own choice, of the order of
+#: the filters that force-torque sensors at a robot's wrist are read with. Chatter between two
+#: physics steps goes, a sleeve that catches (in tenths of a second) stays.
 FORCE_CUTOFF = 10.0
 
 
@@ -74,6 +74,7 @@ class World:
         # The exact step of a first-order low pass, x' = 2 pi f (u - x), with u held for the step.
         self._load_share = 1.0 - np.exp(-2.0 * np.pi * FORCE_CUTOFF * model.opt.timestep)
         self._load = np.zeros(3)
+        self._cloth_load = ClothForces(np.zeros((len(LINKS), 3)), np.zeros(len(LINKS)))
         self.holding = True
         self._place(np.asarray(arm_configuration, dtype=float))
 
@@ -96,7 +97,6 @@ class World:
         """Another world in the same state, which goes on by itself with the same bits."""
         other = copy(self)
         other.model, other.data = copy(self.model), copy(self.data)
-        other._load = self._load.copy()
         return other
 
     @property
@@ -120,7 +120,12 @@ class World:
         The fingers lose the cloth if it pulls harder than they can hold it.
         """
         mujoco.mj_step(self.model, self.data)
-        self._load += self._load_share * (self.grip_force - self._load)
+        share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
+        self._load = self._load + share * (self.grip_force - self._load)
+        self._cloth_load = ClothForces(
+            before.net + share * (now.net - before.net),
+            before.normal + share * (now.normal - before.normal),
+        )
         if self.holding and self._load @ self._load > self.config.grip_strength**2:
             self.release()
 
@@ -202,6 +207,12 @@ class World:
     def grip_load(self) -> NDArray[np.float64]:
         """The grip's force (3,) as a force sensor reads it: low-passed at `FORCE_CUTOFF`."""
         return self._load.copy()
+
+    @property
+    def cloth_load(self) -> ClothForces:
+        """How the cloth presses on each link of the mannequin, as force sensors in the links read
+        it: low-passed at `FORCE_CUTOFF`."""
+        return self._cloth_load
 
     def cloth_forces(self) -> ClothForces:
         """How the cloth presses on each link of the mannequin now."""

@@ -1,4 +1,4 @@
-"""Strain of the cloth from the deformation gradient of each triangle."""
+"""Strain of the cloth from the deformation gradient of each triangle, and of its edges."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class StrainGauge:
     """
 
     def __init__(self, mesh: SleeveMesh) -> None:
-        self._triangles = mesh.triangles
+        self._triangles, self._edges_of = mesh.triangles, mesh.edges
+        self._rest_lengths = self._lengths(mesh.vertices)
         first, second = self._edges(mesh.vertices)
         length = np.linalg.norm(first, axis=1)
         along = np.einsum("ij,ij->i", first, second) / length
@@ -62,7 +63,29 @@ class StrainGauge:
             strain: Strain of each triangle, shape (n_triangles,).
             percent: From 0 to 100.
         """
-        order = np.argsort(strain)
-        covered = np.cumsum(self.areas[order])
-        index = np.searchsorted(covered, percent / 100.0 * covered[-1])
-        return float(strain[order[min(index, len(order) - 1)]])
+        return _percentile(strain, self.areas, percent)
+
+    def _lengths(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+        along = vertices[self._edges_of[:, 1]] - vertices[self._edges_of[:, 0]]
+        return np.linalg.norm(along, axis=1)
+
+    def edge_percentile(self, vertices: NDArray[np.float64], percent: float) -> float:
+        """Strain that `percent` per cent of the edges, by their length at rest, stay at or below.
+
+        Studies without deformation gradients report this; an edge sees the strain along itself
+        only, so it is below the principal strain of the triangles beside it.
+
+        Args:
+            vertices: Shape (n_vertices, 3) [m].
+            percent: From 0 to 100.
+        """
+        strain = self._lengths(vertices) / self._rest_lengths - 1.0
+        return _percentile(strain, self._rest_lengths, percent)
+
+
+def _percentile(values: NDArray[np.float64], weights: NDArray[np.float64], percent: float) -> float:
+    """The value that `percent` per cent of the weight stays at or below."""
+    order = np.argsort(values)
+    covered = np.cumsum(weights[order])
+    index = np.searchsorted(covered, percent / 100.0 * covered[-1])
+    return float(values[order[min(index, len(order) - 1)]])
