@@ -92,8 +92,13 @@ def test_a_change_is_made_to_all_rows_that_it_can_change():
     for entry in entries:
         stem, _, text = entry.policy.partition("?")
         rows.setdefault(text, set()).add(replace(entry, policy=stem))
-    augmented = {e for e in rows[""] if BUILT_IN[e.policy] is not None}
-    assert all(changed in (rows[""], augmented) for changed in rows.values())
+    everywhere = rows["end_radius=0"]
+    augmented = {e for e in everywhere if BUILT_IN[e.policy] is not None}
+    # Noise and random frames, each alone, under one change only.
+    alone = rows[""] - everywhere
+    assert {e.policy for e in alone} == {"tp-gmm-noise", "tp-gmm-rf"}
+    assert all(changed - alone in (everywhere, augmented) for changed in rows.values())
+    assert [changed >= alone for changed in rows.values()].count(True) == 2
 
 
 def test_the_cost_is_of_the_augmented_policies_on_both_cases():

@@ -155,6 +155,12 @@ _SETTINGS = (
         for entry in _COMPARED
         if change in _CHANGES or entry.policy in _AUGMENTED
     ),
+    # Whether noise and random frames, each alone, do more than a wider floor.
+    *(
+        Entry(f"{policy}{change}", "case_a")
+        for policy in ("tp-gmm-noise", "tp-gmm-rf")
+        for change in ("", f"?{_CHANGES[0]}")
+    ),
 )
 
 PROTOCOLS: Mapping[str, Protocol] = {
