@@ -47,6 +47,26 @@ def sets(summary: Summary) -> str:
     return markdown_table(cells)
 
 
+def ends(summary: Summary) -> str:
+    """Algorithm 1's first and last step, of each row, next to the paper's."""
+    cost, discarded = summary["paper"]["cost"], summary["paper"]["discarded"]
+    cells = [["policy", "shown", "cost, 2 + 0", "cost, 2 + 5", "discarded", "runs that got there"]]
+    for row in summary["rows"]:
+        first, last = row["steps"][0], row["steps"][-1]
+        cells.append(
+            [
+                row["policy"],
+                row["demonstrations"],
+                f"{first['cost']:.4f}",
+                f"{last['cost']:.4f} ({last['cost_ci95'][0]:.4f} - {last['cost_ci95'][1]:.4f})",
+                f"{last['discarded']:.1f}",
+                f"{last['n_reached']} / {row['n_runs']}",
+            ]
+        )
+    paper = ["the paper's", "-", f"{cost[0]:g}", f"{cost[-1]:g}", f"{discarded[-1]:g}", "-"]
+    return markdown_table([*cells, paper])
+
+
 def differing(summary: Summary) -> str:
     """Episodes in which the default's verdict differs from the finest's."""
     cells = [["setting", "path", "posture", "verdict", "finest", "strain", "pull [N]", "s"]]
@@ -67,6 +87,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "settings": lambda summary: markdown_table(settings_table(summary)),
     "claims": claims,
     "sets": sets,
+    "ends": ends,
     "cost": lambda summary: markdown_table(cost_table(summary)),
     "convergence": lambda summary: markdown_table(validation_table(summary)),
     "differing": differing,

@@ -2,12 +2,15 @@ import base64
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fake_results import (
     BUDGET,
     EXPERT,
+    FIGURES,
     FULL,
     HIT,
     ROBUST,
@@ -28,7 +31,7 @@ from dressing_sim.benchmark.report.figures import hardest
 from dressing_sim.benchmark.report.html import page
 from dressing_sim.benchmark.report.text import pair_label
 from dressing_sim.errors import DressingSimError
-from dressing_sim.judge import REASONS
+from dressing_sim.judge import REASONS, Failure, Outcome
 
 VOID_ELEMENTS = {"meta", "img", "br", "link", "input", "hr"}
 COMMAND = "dressing-sim evaluate --protocol full"
@@ -73,6 +76,24 @@ class Parsed(HTMLParser):
 
     def words(self, tag, **attributes):
         return [" ".join(e["text"].split()) for e in self.all(tag, **attributes)]
+
+
+#: What the eye sees of linear RGB without one kind of cones (Machado et al. 2009), and with all.
+VISIONS = {
+    "all": np.eye(3),
+    "protanopes": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "deuteranopes": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "tritanopes": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+
+
+def perceived(colour, vision):
+    """A colour #rrggbb in Oklab (Ottosson 2020), where 0.02 is just noticed."""
+    encoded = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(encoded < 0.04, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    cones = [[0.4122, 0.5363, 0.0514], [0.2119, 0.6807, 0.1074], [0.0883, 0.2817, 0.6300]]
+    lab = [[0.2105, 0.7936, -0.0041], [1.9780, -2.4286, 0.4506], [0.0259, 0.7828, -0.8087]]
+    return np.array(lab) @ np.cbrt(np.array(cones) @ np.clip(np.array(vision) @ linear, 0, 1))
 
 
 def render(protocol, results, picture=None):
@@ -288,14 +309,37 @@ def test_a_picture_that_cannot_be_had_leaves_the_others():
 def test_the_style_knows_every_class_of_the_figures():
     style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
     for place in range(len(REASONS)):
-        assert f".reason-{place % 8} {{" in style
-    fills = re.findall(r"\.reason-\d \{ fill: (#\w+)", style)
-    assert len(set(fills)) == len(fills) == 8
+        assert f".reason-{place} {{" in style
     used = re.findall(
         r'class="([\w -]+)"', (assets() / "report" / "plots.jinja").read_text(encoding="utf-8")
     )
     for name in {name for names in used for name in names.split()}:
         assert name == "reason-" or f".{name}" in style or name == "interval", name
+
+
+def test_every_reason_has_a_colour_of_its_own():
+    outcomes = [Outcome(False, (Failure(reason, "why", 1.0),), FIGURES) for reason in REASONS]
+    _, parsed, _ = render(SMALL, results_of(SMALL, [outcomes] * len(SMALL.entries)))
+    classes = [e["class"] for e in parsed.all("i") if e.get("class", "").startswith("reason-")]
+    bars = [e["class"] for e in parsed.all("rect") if e.get("class", "").startswith("reason-")]
+    assert len(set(classes)) == len(classes) == len(REASONS)
+    assert bars == classes * len(SMALL.entries)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("seen_by", VISIONS)
+def test_colours_of_reasons_and_the_page_are_told_apart_by_everybody(seen_by, theme):
+    style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
+    light, dark = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
+    variables = dict(re.findall(r"(--[\w-]+): (#\w+);", light + (dark if theme == "dark" else "")))
+    colours = [variables["--paper"]]
+    for place in range(len(REASONS)):
+        found = re.search(rf"\.reason-{place} {{ fill: (.+?); background: (.+?); }}", style)
+        assert found[1] == found[2]
+        colours.append(variables.get(found[1].removeprefix("var(").rstrip(")"), found[1]))
+    seen = [perceived(colour, VISIONS[seen_by]) for colour in colours]
+    for a, b in combinations(range(len(seen)), 2):
+        assert np.linalg.norm(seen[a] - seen[b]) > 0.07, (colours[a], colours[b])
 
 
 def test_the_expert_is_drawn_apart(full):

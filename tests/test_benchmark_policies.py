@@ -7,7 +7,7 @@ import pytest
 
 from dressing_sim.benchmark import policies
 from dressing_sim.benchmark.paper_settings import PaperSettings, SamplerOf, settings_from_text
-from dressing_sim.benchmark.policies import BUILT_IN, DEFAULT, EXPERT, make_policy
+from dressing_sim.benchmark.policies import BUILT_IN, DEFAULT, EXPERT, is_built_in, make_policy
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Policy, SyntheticDemonstration
@@ -141,6 +141,24 @@ def test_every_setting_can_be_named():
         k: str(v).lower() if v is True or v is False else v for k, v in to_plain(default).items()
     }
     assert settings_from_text("&".join(f"{k}={v}" for k, v in plain.items())) == default
+
+
+def test_what_the_paper_leaves_open_is_told_as_it_can_be_named():
+    settings = PaperSettings(n_components=3, relative_floor=True, end_radius=1e-7, samples=99)
+    told = settings.left_open.split(", ")
+    assert settings_from_text("&".join([*told, "n_components=3"])) == settings
+    given = {"n_components", "max_demonstrations", "max_iterations", "snr_db"}
+    assert {text.partition("=")[0] for text in told} == set(to_plain(settings)) - given
+
+
+@pytest.mark.parametrize("name", [*BUILT_IN, "default", "tp-gmm?end_radius=0"])
+def test_built_in_policies_are_known_by_their_names(name):
+    assert is_built_in(name)
+
+
+@pytest.mark.parametrize("name", [EXPERT, "third_party:Still", "tp-gmm-mine", ""])
+def test_other_policies_are_not_taken_for_built_in_ones(name):
+    assert not is_built_in(name)
 
 
 def test_augmented_policies_differ_by_method_and_seed_and_can_be_sent_to_a_process():

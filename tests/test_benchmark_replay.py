@@ -3,11 +3,12 @@ from dataclasses import replace
 
 import pytest
 
+from dressing_sim.benchmark import sensitivity
 from dressing_sim.benchmark.executors import Processes
 from dressing_sim.benchmark.plan import make_plan
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.replay import replay_episode
-from dressing_sim.benchmark.runner import run_plan
+from dressing_sim.benchmark.runner import Work, run_plan
 from dressing_sim.benchmark.store import load_run, open_run
 from dressing_sim.cli import main
 from dressing_sim.episode import EpisodeConfig
@@ -63,6 +64,29 @@ def test_an_episode_comes_out_the_same_in_another_process(finished, index):
     assert again.differences == []
     assert again.result == run.results[index]
     assert (again.posture, again.config) == run.plan.jobs[index].situation(QUICK)[:2]
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    """A run of the study of thresholds, of one episode."""
+    folder = tmp_path_factory.mktemp("thresholds")
+    arm = {"name": "test", "flexion_deg": 75, "abduction_deg": 20, "rotation_deg": 40}
+    (folder / "test.json").write_text(json.dumps({"postures": [arm | {"elbow_deg": 10}]}))
+    suite, config = str(folder / "test.json"), replace(QUICK, protective_stop=False)
+    protocol = replace(sensitivity.PROTOCOL, suite=suite, entries=(Entry("expert"),))
+    plan = make_plan(protocol, 3, config)
+    with Processes(1) as workers, open_run(folder / "run", plan) as run:
+        run_plan(run, workers, work=Work(dress=sensitivity.dress_job))
+    return folder / "run"
+
+
+def test_an_episode_of_the_study_of_thresholds_comes_out_the_same_with_all_its_verdicts(judged):
+    run, seen = load_run(judged), []
+    again = replay_episode(run, 0, seen.append)
+    assert again.differences == []
+    assert again.result == run.results[0]
+    assert sensitivity.verdict_name("moment", 1.0) in again.result.outcome.figures
+    assert seen  # so that it can be filmed
 
 
 def test_a_bit_that_differs_is_named(tampered):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from dressing_sim.arm import Posture
+from dressing_sim.benchmark import validation
 from dressing_sim.benchmark.validation import (
     CONVERGED,
     DEFAULT,
@@ -22,13 +23,15 @@ from dressing_sim.benchmark.validation_report import (
     validation_table,
     write_validation,
 )
+from dressing_sim.cli import main
 from dressing_sim.episode import EpisodeConfig
 from dressing_sim.judge import Failure, Outcome
 from dressing_sim.settings import to_plain
 from dressing_sim.world.scene import grip_start
 
 POSTURE = Posture("p", flexion_deg=70.0, abduction_deg=20.0, rotation_deg=30.0, elbow_deg=40.0)
-CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in (DEFAULT, FINEST, "coarse mesh"))
+NAMES = (DEFAULT, FINEST, CONVERGED, "coarse mesh")
+CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in NAMES)
 STUCK = (Failure("stuck", "at the elbow"),)
 
 
@@ -54,7 +57,7 @@ def row(summary, name):
     return next(row for row in summary["rows"] if row["setting"] == name)
 
 
-def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_one_at_a_time():
+def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_mostly_one_at_a_time():
     default, *others = settings()
     assert default.config == EpisodeConfig()
     plain = to_plain(default.config)
@@ -161,6 +164,68 @@ def test_the_solver_s_error_is_that_of_nine_of_ten_dressings(error, passed):
     assert summary["passed"] == passed
     text = validation_markdown(summary, "")
     assert f"{100 * error:.1f} % off a converged one, 5 % are allowed" in text
+
+
+def test_without_a_dressing_that_succeeds_the_solver_is_not_judged_and_nothing_passes():
+    caught = {i: outcome(STUCK) for i in range(10)}
+    summary = compare(trials(**{name.split()[0]: caught for name in NAMES}), CHOSEN)
+    assert summary["agreement"] == 1.0
+    assert {row["solver_error"] for row in summary["rows"]} == {None}
+    assert summary["solver_error"] is None
+    assert not summary["passed"]
+    assert "could not be judged" in validation_markdown(summary, "")
+
+
+@pytest.fixture
+def ran(monkeypatch, tmp_path):
+    """The command line without physics; settings and number of postures are collected."""
+    asked = []
+
+    def study(postures, chosen, crew, seed, progress):
+        asked.append(([setting.name for setting in chosen], len(postures), seed))
+        outcomes = outcome(STUCK) if seed == 7 else outcome()
+        return [
+            Trial(s.name, kind, p.name, outcomes, 1.0)
+            for s in chosen
+            for kind in PATHS
+            for p in postures
+        ]
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(validation, "validate", study)
+    return asked
+
+
+@pytest.mark.parametrize("only", ["coarse mesh", "coarse mesh, default", f"coarse mesh,{FINEST}"])
+def test_the_default_the_finest_and_a_converged_solver_are_always_tried(ran, only, tmp_path):
+    main(["validate", "--workers", "1", "--postures", "3", "--only", only, "--out", "here"])
+    assert ran == [([DEFAULT, FINEST, "coarse mesh", CONVERGED], 3, 0)]
+    summary = json.loads((tmp_path / "here" / "summary.json").read_text())
+    assert summary["passed"]
+    assert summary["solver_error"] == 0.0
+
+
+def test_all_settings_are_tried_unless_some_are_chosen(ran):
+    main(["validate", "--workers", "1"])
+    assert ran == [([setting.name for setting in settings()], 15, 0)]
+
+
+def test_a_solver_that_could_not_be_judged_is_exit_code_1(ran, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["validate", "--workers", "1", "--only", "CG", "--seed", "7", "--json"])
+    assert stopped.value.code == 1
+    assert json.loads(capsys.readouterr().out)["agreement"] == 1.0
+
+
+def test_an_unknown_setting_is_one_line(ran, capsys, tmp_path):
+    with pytest.raises(SystemExit) as stopped:
+        main(["validate", "--only", "coarse mesh,finer"])
+    assert stopped.value.code == 2
+    error = capsys.readouterr().err
+    assert f"unknown setting 'finer'; valid is one of {DEFAULT}" in error
+    assert error.count("\n") == 1
+    assert ran == []
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_report_says_what_the_summary_says(tmp_path):

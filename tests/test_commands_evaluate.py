@@ -17,6 +17,8 @@ from fake_benchmark import (
 
 from dressing_sim import demonstration as demonstrations
 from dressing_sim.benchmark import cost, cost_report, runner
+from dressing_sim.benchmark.paper_settings import PaperSettings
+from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.store import load_run
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.cli import main
@@ -150,6 +152,36 @@ def test_a_finished_run_is_replaced_and_can_be_resumed(tmp_path, arguments, suit
     assert len(tries(tmp_path, 0)) == 1
     assert play(tmp_path, arguments, out, "--seed", "3")[0] == 0
     assert load_run(out).plan.seed == 3
+
+
+def words(text):
+    """What is in a table of the terminal, without its frame."""
+    return " ".join(text.replace("│", " ").split())
+
+
+def test_the_papers_protocol_is_shown_next_to_the_papers_table(tmp_path, arguments):
+    code, output, errors = play(tmp_path, arguments, tmp_path / "out")
+    assert code == 0, errors
+    heading, *rows = next_to_paper(json.loads((tmp_path / "out/summary.json").read_text())["rows"])
+    assert len(rows) == 4
+    told = words(output)
+    assert all(" ".join(line) in told for line in rows)
+    assert all(name in told for name in heading)
+    assert f"policies: {PaperSettings().left_open} written to" in told
+
+
+@pytest.mark.parametrize(
+    "more",
+    [("--protocol", "budget"), ("--variation", "friction"), ("--policies", "expert")],
+    ids=["another protocol", "under variation", "none of the paper's policies"],
+)
+def test_what_is_not_the_papers_is_shown_with_what_went_wrong(tmp_path, arguments, more):
+    code, output, errors = play(tmp_path, arguments, tmp_path / "out", *more)
+    assert code == 0, errors
+    told = words(output)
+    assert "what went wrong" in told
+    assert "the paper's" not in told
+    assert ("policies: " in told) == ("--policies" not in more)
 
 
 def test_a_dask_cluster_gives_the_same_bytes(tmp_path, arguments):

@@ -7,7 +7,7 @@ Robotics and Automation Letters (2022), section VI.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, get_args, get_type_hints
 
 import numpy as np
@@ -27,6 +27,9 @@ from dressing_sim.learning.augmented import AugmentedTPGMM
 
 FreeAxes = Literal["gravity", "arm-plane"]
 Situations = Literal["frames", "arms"]
+
+#: Settings that the paper has values for; it leaves the others open.
+GIVEN = frozenset({"n_components", "max_demonstrations", "max_iterations", "snr_db"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,12 @@ class PaperSettings:
                 raise InvalidInputError(f"{name} is {value}, valid is >= 0")
             if hint is int and value < 0:
                 raise InvalidInputError(f"{name} is {value}, valid is >= 0")
+
+    @property
+    def left_open(self) -> str:
+        """What the paper leaves open: ``name=value, name=value``, each as `settings_from_text`."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in GIVEN}
+        return ", ".join(f"{name}={str(value).lower()}" for name, value in values.items())
 
     def policy(self, method: Method | None = None, seed: int = 0) -> Policy:
         """A new policy: of the expert's demonstrations alone, or improved by Algorithm 1.

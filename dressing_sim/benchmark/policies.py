@@ -29,6 +29,11 @@ BUILT_IN: Mapping[str, Method | None] = {
 DEFAULT = "tp-gmm"
 
 
+def is_built_in(name: str) -> bool:
+    """Whether a name, perhaps with settings after it, is of a policy with `PaperSettings`."""
+    return name.partition("?")[0] in ("default", *BUILT_IN)
+
+
 def make_policy(name: str, seed: int = 0) -> Policy:
     """A new policy, not yet fitted.
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from dressing_sim.arm import Posture
+from dressing_sim.benchmark import runner, sensitivity
 from dressing_sim.benchmark.differences import differences
 from dressing_sim.benchmark.executors import single_threaded
 from dressing_sim.benchmark.plan import Job, fitting_seed
-from dressing_sim.benchmark.runner import dress_job, fit_policy
 from dressing_sim.benchmark.store import EpisodeResult, RunFolder, episode_line
 from dressing_sim.episode import EpisodeConfig, Observer
 from dressing_sim.learning import Policy
@@ -48,8 +48,11 @@ def replay_episode(folder: RunFolder, index: int, observer: Observer | None = No
     """
     recorded = json.loads(folder.line(index))
     job = folder.plan.jobs[index]
+    # Of the study of thresholds an episode has a verdict for each; they are made again too.
+    study = folder.plan.protocol.name == sensitivity.PROTOCOL.name
+    dress = sensitivity.dress_job if study else runner.dress_job
     source = single_threaded(_source, folder, job)
-    result = single_threaded(dress_job, source, job, folder.plan.config, observer)
+    result = single_threaded(dress, source, job, folder.plan.config, observer)
     again = json.loads(episode_line(folder.plan.protocol, result))
     posture, config, _ = job.situation(folder.plan.config)
     found = differences(_measured(recorded), _measured(again), "recorded", "now")
@@ -62,7 +65,7 @@ def _source(folder: RunFolder, job: Job) -> Policy | Operator:
         return Operator()
     demonstrations = [folder.load_demonstration(p, number) for p in folder.plan.shown[shown]]
     seed = fitting_seed(folder.plan.seed, job.entry, number)
-    return fit_policy(job.entry.policy, seed, demonstrations)
+    return runner.fit_policy(job.entry.policy, seed, demonstrations)
 
 
 def _measured(line: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.runner import job_result
 from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.episode import EpisodeConfig, Recording, record
+from dressing_sim.episode import EpisodeConfig, Observer, Recording, record
 from dressing_sim.judge import Thresholds, judge
 from dressing_sim.learning import Policy
 from dressing_sim.operator import Operator
@@ -125,12 +125,20 @@ def verdict_name(name: str, factor: float) -> str:
     return f"success with {name} x {factor:g}"
 
 
-def dress_job(source: Policy | Operator, job: Job, config: EpisodeConfig) -> EpisodeResult:
+def dress_job(
+    source: Policy | Operator, job: Job, config: EpisodeConfig, observer: Observer | None = None
+) -> EpisodeResult:
     """Run one episode; its figures hold the verdicts under every variant of the rules."""
     posture, varied, drawn = job.situation(config)
     rules = varied.thresholds
     reader = StrainReader([variant.strain_percentile for *_, variant in variants(rules)])
-    recording = record(source, posture, job.seed, varied, reader)
+
+    def observe(world: World) -> None:
+        reader(world)
+        if observer is not None:
+            observer(world)
+
+    recording = record(source, posture, job.seed, varied, observe)
     outcome = recording.outcome
     if outcome.void is None:
         judged = verdicts(recording, posture.shoulder, rules, reader.columns)

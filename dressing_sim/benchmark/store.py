@@ -198,7 +198,9 @@ def load_run(path: Path) -> RunFolder:
     """
     settings = _read_settings(path)
     if settings is None:
-        raise InvalidInputError(f"{path}: no run here; valid is what 'dressing-sim evaluate' left")
+        raise InvalidInputError(
+            f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
+        )
     episodes = path / EPISODES
     content = episodes.read_bytes() if episodes.is_file() else b""
     return RunFolder(path, settings, content[: content.rfind(b"\n") + 1])

@@ -90,10 +90,12 @@ def validation_markdown(summary: Mapping[str, Any], command: str) -> str:
 
 
 def _solver(summary: Mapping[str, Any]) -> str:
-    """The sentence on the default's solver, empty if it was not measured."""
+    """The sentence on the default's solver."""
     error, allowed = summary["solver_error"], summary["allowed_solver_error"]
     if error is None:
-        return ""
+        return (
+            " The default's solver could not be judged: no dressing succeeds with a converged one."
+        )
     return (
         f" The default's solver is {100 * error:.1f} % off a converged one, "
         f"{100 * allowed:.0f} % are allowed."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_format
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -63,7 +64,7 @@ def evaluate(
             tp-gmm, the name of an installed one, or module:Class.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp.
-        seed: of the operator's variability.
+        seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
         out: folder for the results; a finished run in it is replaced.
@@ -71,7 +72,9 @@ def evaluate(
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
+    from dressing_sim.benchmark.paper_settings import PaperSettings
     from dressing_sim.benchmark.plan import make_plan
+    from dressing_sim.benchmark.policies import is_built_in
     from dressing_sim.benchmark.progress import show_progress
     from dressing_sim.benchmark.protocol import find_protocol
     from dressing_sim.benchmark.store import open_run
@@ -101,13 +104,17 @@ def evaluate(
         show_progress(Console(stderr=True)) as progress,
     ):
         if chosen.kind == "cost":
-            summary, cells = _cost(folder, crew, progress, command)
+            summary, tables = _cost(folder, crew, progress, command)
         else:
-            summary, cells = _success(folder, crew, progress, command, pictures)
+            summary, tables = _success(folder, crew, progress, command, pictures)
     if json:
         print(json_format.dumps(summary, indent=2))
     else:
-        print_table(cells)
+        for cells in tables:
+            print_table(cells)
+        if any(is_built_in(row["policy"]) for row in summary["rows"]):
+            told = f"policies: {PaperSettings().left_open}"
+            print(fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))
         print(f"written to {out}/: report.md, report.html, summary.json")
 
 
@@ -121,10 +128,10 @@ def _workers(count: int | None, scheduler: str | None) -> Workers:
 
 def _success(
     folder: OpenRun, crew: Workers, progress: Progress, command: str, pictures: bool
-) -> tuple[dict[str, Any], list[list[str]]]:
-    """Summary and table of a protocol that is made of episodes."""
+) -> tuple[dict[str, Any], list[list[list[str]]]]:
+    """Summary and tables of a protocol that is made of episodes."""
     from dressing_sim.benchmark.paper_settings import PaperSettings
-    from dressing_sim.benchmark.report import summarise, table, write_report
+    from dressing_sim.benchmark.report import paper_cells, summarise, table, write_report
     from dressing_sim.benchmark.report.pictures import FailurePictures
     from dressing_sim.benchmark.runner import repeated_demonstrations, run_plan
     from dressing_sim.settings import to_plain
@@ -140,13 +147,14 @@ def _success(
     summary = summarise(plan.protocol, results, settings)
     picture = FailurePictures(folder) if pictures else None
     write_report(folder.path, plan.protocol, results, summary, command, picture)
-    return summary, table(summary)
+    beside = paper_cells(plan.protocol, summary)
+    return summary, [table(summary), *([beside] if beside else [])]
 
 
 def _cost(
     folder: OpenRun, crew: Workers, progress: Progress, command: str
-) -> tuple[dict[str, Any], list[list[str]]]:
-    """Summary and table of what Algorithm 1 costs."""
+) -> tuple[dict[str, Any], list[list[list[str]]]]:
+    """Summary and tables of what Algorithm 1 costs."""
     from dressing_sim.benchmark.cost import run_paper_cost
     from dressing_sim.benchmark.cost_report import cost_table, write_cost_report
     from dressing_sim.benchmark.runner import record_demonstrations
@@ -155,4 +163,4 @@ def _cost(
     recorded = {name: demonstrations for (name, _), demonstrations in shown.items()}
     summary = run_paper_cost(crew, recorded, folder.plan.seed, progress)
     write_cost_report(folder.path, summary, command)
-    return summary, cost_table(summary)
+    return summary, [cost_table(summary)]

@@ -21,7 +21,7 @@ def replay(
     height: int = 480,
     json: bool = False,
 ) -> None:
-    """Run an episode of an evaluation again, and check that every bit is the same.
+    """Run an episode of a run again, and check that every bit is the same.
 
     The policy learns again from the demonstrations in the folder. Exit code 1 if the outcome is not
     the recorded one, as with other versions of the packages.
@@ -29,7 +29,7 @@ def replay(
     For example: dressing-sim replay results/evaluate 7 --video seven.mp4
 
     Args:
-        folder: what ``dressing-sim evaluate`` left.
+        folder: what ``dressing-sim evaluate`` or ``dressing-sim thresholds`` left.
         episode: its index in episodes.jsonl.
         video: film to write: .mp4 or .gif.
         camera: front, close or above.

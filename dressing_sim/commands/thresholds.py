@@ -43,7 +43,7 @@ def thresholds(
         policies: other policies than the study's, separated by commas, each learning from all of
             its demonstrations: expert, tp-gmm, tp-gmm-rf, the name of an installed one, or
             module:Class.
-        seed: of the operator's variability.
+        seed: of the operator's variability, and of the policies' own randomness.
         workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same settings.

@@ -21,9 +21,6 @@ from dressing_sim.benchmark.settings_table import settings_table
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.judge import REASONS
 
-#: Colours of reasons that the style sheet knows.
-_N_COLOURS = 8
-
 #: How the template writes numbers.
 _FILTERS: Mapping[str, Callable[[Any], str]] = {
     "percent": text.percent,
@@ -121,7 +118,7 @@ def _rows(
         "shares": figures.share_axis(max((f.percentage for f in failures), default=0.0)),
         "reasons": [r for r in REASONS if any(r in row["failures"] for row in summary["rows"])],
         "first_reasons": {reason for f in failures for reason in f.counts},
-        "colours": {reason: place % _N_COLOURS for place, reason in enumerate(REASONS)},
+        "colours": {reason: place for place, reason in enumerate(REASONS)},
     }
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from dressing_sim.benchmark.comparisons import label
-from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.protocol import Protocol
 from dressing_sim.benchmark.report.figures import hardest
 from dressing_sim.benchmark.report.text import (
@@ -21,6 +20,7 @@ from dressing_sim.benchmark.report.text import (
     listing,
     markdown_table,
     pair_label,
+    paper_cells,
     replay_command,
     table,
 )
@@ -67,8 +67,8 @@ def markdown(
 
 
 def _paper(protocol: Protocol, summary: Mapping[str, Any]) -> Iterator[str]:
-    cells = next_to_paper(summary["rows"])
-    if protocol.name == "paper" and len(cells) > 1:
+    cells = paper_cells(protocol, summary)
+    if cells:
         yield "## Next to the paper's table"
         yield markdown_table(cells)
         yield "The paper's trials were made with a real robot, on postures of its own."

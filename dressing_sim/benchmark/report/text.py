@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dressing_sim.benchmark.comparisons import label
+from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.policies import EXPERT
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.store import EpisodeResult
@@ -69,6 +70,12 @@ def table(summary: Mapping[str, Any]) -> Cells:
             ]
         )
     return cells
+
+
+def paper_cells(protocol: Protocol, summary: Mapping[str, Any]) -> Cells:
+    """The summary's rows next to the paper's; none unless the protocol, and some row, is its."""
+    cells = next_to_paper(summary["rows"])
+    return cells if protocol.name == "paper" and len(cells) > 1 else []
 
 
 def markdown_table(cells: Sequence[Sequence[str]]) -> str:
