@@ -68,9 +68,14 @@ def ends(summary: Summary) -> str:
 
 
 def differing(summary: Summary) -> str:
-    """Episodes in which the default's verdict differs from the finest's."""
+    """Episodes whose verdict differs from the finest's, of settings that agree well enough."""
+    agreeing = {
+        row["setting"] for row in summary["rows"] if row["agreement"] >= summary["required"]
+    }
     cells = [["setting", "path", "posture", "verdict", "finest", "strain", "pull [N]", "s"]]
     for one in summary["differing"]:
+        if one["setting"] not in agreeing:
+            continue
         pairs = [
             f"{one['margins'].get(name, float('nan')):.2f} against "
             f"{one['finest_margins'].get(name, float('nan')):.2f}"

@@ -247,3 +247,18 @@ def test_the_picture_is_the_same_each_time():
     picture = convergence_figure(made)
     assert picture.startswith("<?xml")
     assert picture == convergence_figure(made)
+
+
+def test_settings_under_which_all_is_void_have_no_figures_and_make_valid_json(tmp_path):
+    void = dict.fromkeys(range(10), Outcome(False, void="solver warning"))
+    made = trials(coarse=void)
+    summary = compare(made, CHOSEN)
+    assert row(summary, "coarse mesh")["difference_strain"] is None
+    write_validation(tmp_path, made, summary, "")
+
+    def refuse(constant):
+        pytest.fail(f"{constant} is no JSON")
+
+    json.loads((tmp_path / "summary.json").read_text(), parse_constant=refuse)
+    cells = next(line for line in validation_table(summary) if line[0] == "coarse mesh")
+    assert cells[5:9] == ["-"] * 4

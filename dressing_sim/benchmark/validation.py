@@ -197,9 +197,10 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
         ``{"rows": [...], "differing": [...], "agreement": ..., "required": ...,
         "solver_error": ..., "allowed_solver_error": ..., "passed": ...}``; shares from 0 to 1,
         times relative to the default's. Differences of figures are medians of absolute differences
-        over the episodes. An episode that is void in either counts as disagreement. The solver's
-        error, see `_solver_error`, is None where mesh, step or contacts differ from the default's,
-        or where no episode succeeds with both; the default passes only with one that is known.
+        over the episodes, None if all are void. An episode that is void in either counts as
+        disagreement. The solver's error, see `_solver_error`, is None where mesh, step or contacts
+        differ from the default's, or where no episode succeeds with both; the default passes only
+        with one that is known.
     """
     by_setting = {
         setting.name: {(t.path, t.posture): t for t in trials if t.setting == setting.name}
@@ -208,7 +209,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
     finest = by_setting[FINEST]
     physics = {setting.name: _but_solver(setting.config) for setting in chosen}
     converged = by_setting[CONVERGED]
-    cost = _median([t.seconds for t in by_setting[DEFAULT].values()])
+    cost = np.median([t.seconds for t in by_setting[DEFAULT].values()])
     rows: list[dict[str, Any]] = []
     differing: list[dict[str, Any]] = []
     for setting in chosen:
@@ -239,7 +240,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
                 "solver_error": _solver_error(own, converged)
                 if physics[setting.name] == physics[CONVERGED]
                 else None,
-                "relative_cost": _median([t.seconds for t in own.values()]) / cost,
+                "relative_cost": float(np.median([t.seconds for t in own.values()]) / cost),
             }
         )
         if setting.name != FINEST:
@@ -316,5 +317,5 @@ def _margins(outcome: Outcome) -> dict[str, float]:
     return {name: outcome.figures[name] for name in names if name in outcome.figures}
 
 
-def _median(values: Sequence[float]) -> float:
-    return float(np.median(values)) if values else float("nan")
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None

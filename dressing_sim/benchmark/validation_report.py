@@ -31,10 +31,10 @@ def validation_table(summary: Mapping[str, Any]) -> list[list[str]]:
             f"{row['n_agree']} / {row['n_episodes']} ({100 * row['agreement']:.0f} %)",
             f"{100 * row['same_reasons']:.0f} %",
             f"{row['n_success']}" + (f", {row['n_void']} void" if row["n_void"] else ""),
-            f"{row['difference_strain']:.3f}",
-            f"{row['difference_grip_force']:.2f} N",
-            f"{row['difference_armscye_s']:.3f}",
-            "-" if row["solver_error"] is None else f"{100 * row['solver_error']:.1f} %",
+            _shown(row["difference_strain"], "{:.3f}"),
+            _shown(row["difference_grip_force"], "{:.2f} N"),
+            _shown(row["difference_armscye_s"], "{:.3f}"),
+            _shown(row["solver_error"], "{:.1%}").replace("%", " %"),
             f"{row['relative_cost']:.2f}",
         ]
         for row in summary["rows"]
@@ -100,6 +100,10 @@ def _solver(summary: Mapping[str, Any]) -> str:
         f" The default's solver is {100 * error:.1f} % off a converged one, "
         f"{100 * allowed:.0f} % are allowed."
     )
+
+
+def _shown(value: float | None, how: str) -> str:
+    return "-" if value is None else how.format(value)
 
 
 def _value(margins: Mapping[str, float], name: str) -> str:
