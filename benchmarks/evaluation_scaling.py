@@ -1,6 +1,6 @@
 """How evaluation scales: one worker against two, and the memory of a worker.
 
-    python benchmarks/evaluation_scaling.py [--episodes 24] [--rounds 3]
+    python benchmarks/evaluation_scaling.py [--episodes 100] [--rounds 3]
 
 Runs the expert on random postures with one worker and with two, in turn, and prints the ratio of
 the two medians of wall time, starting the workers included, and the largest resident memory of any
@@ -50,7 +50,7 @@ def measure(workers: int, episodes: int) -> float:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=24)
+    parser.add_argument("--episodes", type=int, default=100)
     parser.add_argument("--rounds", type=int, default=3)
     chosen = parser.parse_args()
     stop, largest = threading.Event(), [0]
