@@ -125,10 +125,10 @@ def test_void_rows_have_no_rate_and_nothing_to_compare_with():
 
 
 def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
-    summary = json.loads((ROOT / "docs" / "results" / "floors.json").read_text(encoding="utf-8"))
-    (text,) = {row["policy"].partition("?")[2] for row in summary["rows"]}
-    rates = [f"{row['pc_success']:.0f} %" for row in summary["rows"]]
-    assert settings_table(summary)[1:] == [["as chosen", "-", "-", "-"], [text, *rates]]
+    protocol = Protocol("p", "s", (Entry("a?b=1", "x"), Entry("a?b=1", "y")))
+    results = results_of(protocol, [[SUCCESS, HIT], [SUCCESS, SUCCESS]])
+    lines = settings_table(summarise(protocol, results, {}))[1:]
+    assert lines == [["as chosen", "-", "-"], ["b=1", "50 %", "100 %"]]
 
 
 def test_without_settings_there_is_only_what_is_as_chosen():
