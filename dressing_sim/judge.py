@@ -33,7 +33,6 @@ REASONS = (
     "over_force",
 )
 
-
 #: A hem that stays within this much of an arm coordinate, some millimetres, does not move.
 _STILL = 0.02
 
@@ -255,9 +254,9 @@ def _failure(trace: Trace, row: int, reason: str, detail: str, where: str | None
 def _force(trace: Trace, where: str, rules: Thresholds) -> str:
     """What was too much force in the rows given."""
     pull, links = trace.grip_force.max(), np.linalg.norm(trace.link_force, axis=2).max(axis=0)
-    told = [f"the cloth was pulled with {pull:.1f} N at the {where}"]
-    if not pull > rules.grip_force:
-        told = []
+    told = []
+    if pull > rules.grip_force:
+        told.append(f"the cloth was pulled with {pull:.1f} N at the {where}")
     for i in np.flatnonzero(links > rules.link_force):
         link = trace.links[i].replace("_", " ")
         told.append(f"the cloth pressed the {link} with {links[i]:.1f} N")

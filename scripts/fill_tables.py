@@ -20,7 +20,7 @@ from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.report import markdown_table, table
 from dressing_sim.benchmark.sensitivity_report import sensitivity_table, turned_table
 from dressing_sim.benchmark.settings_table import settings_table
-from dressing_sim.benchmark.validation_report import validation_table
+from dressing_sim.benchmark.validation_report import differing_table, validation_table
 from dressing_sim.files import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -72,18 +72,8 @@ def differing(summary: Summary) -> str:
     agreeing = {
         row["setting"] for row in summary["rows"] if row["agreement"] >= summary["required"]
     }
-    cells = [["setting", "path", "posture", "verdict", "finest", "strain", "pull [N]", "s"]]
-    for one in summary["differing"]:
-        if one["setting"] not in agreeing:
-            continue
-        pairs = [
-            f"{one['margins'].get(name, float('nan')):.2f} against "
-            f"{one['finest_margins'].get(name, float('nan')):.2f}"
-            for name in ("strain", "grip_force", "armscye_s")
-        ]
-        names = [one[name] for name in ("setting", "path", "posture", "verdict", "finest")]
-        cells.append(names + pairs)
-    return markdown_table(cells)
+    chosen = [one for one in summary["differing"] if one["setting"] in agreeing]
+    return markdown_table(differing_table(chosen))
 
 
 BLOCKS: Mapping[str, Callable[[Summary], str]] = {

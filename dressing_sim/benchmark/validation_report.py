@@ -67,26 +67,27 @@ def validation_markdown(summary: Mapping[str, Any], command: str) -> str:
         "",
     ]
     if summary["differing"]:
-        heading = ["setting", "path", "posture", "verdict", "finest", "strain", "pull", "s"]
-        rows = [
-            [
-                episode["setting"],
-                episode["path"],
-                episode["posture"],
-                episode["verdict"],
-                episode["finest"],
-                *(
-                    f"{_value(episode['margins'], name)} against "
-                    f"{_value(episode['finest_margins'], name)}"
-                    for name in ("strain", "grip_force", "armscye_s")
-                ),
-            ]
-            for episode in summary["differing"]
-        ]
-        lines.append(markdown_table([heading, *rows]))
+        lines.append(markdown_table(differing_table(summary["differing"])))
     else:
         lines.append("None.")
     return "\n".join([*lines, ""])
+
+
+def differing_table(differing: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """Episodes that differ from the finest, with both their figures, the first row the heading."""
+    names = ["setting", "path", "posture", "verdict", "finest"]
+    body = [
+        [
+            *(episode[name] for name in names),
+            *(
+                f"{_value(episode['margins'], figure)} against "
+                f"{_value(episode['finest_margins'], figure)}"
+                for figure in ("strain", "grip_force", "armscye_s")
+            ),
+        ]
+        for episode in differing
+    ]
+    return [[*names, "strain", "pull [N]", "s"], *body]
 
 
 def _solver(summary: Mapping[str, Any]) -> str:
