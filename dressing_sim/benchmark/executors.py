@@ -52,9 +52,11 @@ class Workers(Executor):
 
     Attributes:
         deaths: Exceptions of a future that say that a worker died, rather than the call failed.
+        shared_fate: Whether a death ends all calls in flight, whichever of them it was.
     """
 
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    shared_fate: bool = True
 
     @property
     @abstractmethod
@@ -160,7 +162,7 @@ class DaskWorkers(Workers):
             ) from error
         # Its lines about lost connections would drown ours, which say what to do.
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        self.deaths = (KilledWorker,)
+        self.deaths, self.shared_fate = (KilledWorker,), False
         self._address = address
         try:
             self._client = Client(address, timeout=_PATIENCE, set_as_default=False)
@@ -211,8 +213,9 @@ def completed(
 ) -> Iterator[tuple[Key, Future[Any]]]:
     """Call a function many times, and tell of each call as it ends, in any order.
 
-    If a worker dies, all calls that were in flight are tried once more, one at a time: so the one
-    that kills its worker is found, and the others are not blamed for it.
+    If a worker dies, the calls that died with it are tried again, one at a time: so the one that
+    kills its worker is found, and the others are not blamed for it. A call is given up after two
+    deaths of its own.
 
     Args:
         workers: Where to.
@@ -262,13 +265,15 @@ def _check_alive(workers: Workers) -> None:
 def _alone(
     workers: Workers, function: Callable[..., Any], arguments: tuple[Any, ...]
 ) -> Future[Any]:
-    """A second try with nothing else in flight."""
-    future = workers.submit(function, *arguments)
-    wait([future])
-    if _died(workers, future):
+    """Try with nothing else in flight, until two deaths are known to be the call's own."""
+    for _ in range(2 if workers.shared_fate else 1):
+        future = workers.submit(function, *arguments)
+        wait([future])
+        if not _died(workers, future):
+            return future
         workers.renew()
-        future = Future()
-        future.set_exception(WorkerDied("worker died twice"))
+    future = Future()
+    future.set_exception(WorkerDied("worker died twice"))
     return future
 
 
