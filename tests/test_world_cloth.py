@@ -209,7 +209,7 @@ class Strip:
 # Stretching
 
 
-def stretched(load, cells, kind, edge=0.034, weightless=False):
+def stretched(load, cells, kind, edge=0.040, weightless=False):
     """A strip that hangs along x from its end at x = 0, pulled by a load a width [N/m].
 
     Returns:
@@ -231,7 +231,7 @@ def stretched(load, cells, kind, edge=0.034, weightless=False):
 
 @pytest.mark.parametrize("load", [0.0, 0.9, 1.8])
 @pytest.mark.parametrize("kind", ["squares", "axial", "circumferential"])
-@pytest.mark.parametrize(("cells", "edge"), [((6, 2), 0.034), ((12, 4), 0.017)])
+@pytest.mark.parametrize(("cells", "edge"), [((6, 2), 0.040), ((12, 4), 0.020)])
 def test_a_hanging_strip_stretches_as_its_membrane_stiffness_says(cells, edge, kind, load):
     """Uniaxial stress of a St Venant-Kirchhoff membrane (the manual's flex elasticity).
 
@@ -377,7 +377,7 @@ def test_a_strip_cut_from_a_sleeve_bends_an_eighth_more_easily_between_couples(c
     Kirchhoff's plate with the fabric's nu has 1.099 here, our triangles 9/8, whatever the
     direction. 2 % for the free edges, 0.05 of the Poisson's ratio.
     """
-    edge, rigidity, curvature = 0.034, 0.02, 0.1
+    edge, rigidity, curvature = 0.040, 0.02, 0.1
     fabric = replace(FABRIC, bending_stiffness=rigidity)
     mesh, step = beam_mesh(fabric, cells, edge, kind)
     x, y = (mesh.vertices - mesh.vertices.mean(axis=0))[:, :2].T
@@ -438,7 +438,7 @@ def test_cloth_slides_down_what_is_steeper_than_the_friction_angle(beyond):
     assert acceleration == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.parametrize("edge", [0.034, 0.017])
+@pytest.mark.parametrize("edge", [0.040, 0.020])
 @pytest.mark.parametrize("below", [1.0, 3.0, 10.0])
 def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(below, edge):
     """Below atan(mu) friction carries m g sin of the incline, and nothing accelerates.
@@ -638,12 +638,12 @@ def resting(request, tmp_path_factory):
                     world.time,
                     axis.coordinate(rings[0]).mean(),
                     np.all(axis.winding(rings) == 1),
-                    np.linalg.norm(world.cloth - before, axis=1).max() / config.solver.timestep,
                     *sum(world.link_force(link) for link in LINKS),
+                    *np.linalg.norm(world.cloth - before, axis=1) / config.solver.timestep,
                 )
             )
     assert world.void_reason is None
-    return world, *np.split(np.array(history), [1, 2, 3, 4], axis=1)
+    return world, *np.split(np.array(history), [1, 2, 3, 6], axis=1)
 
 
 def test_a_sleeve_at_rest_does_not_creep_off(resting):
@@ -651,7 +651,7 @@ def test_a_sleeve_at_rest_does_not_creep_off(resting):
 
     In 28 s `creep` is 0.09 mm of a vertex that carries its own weight; less of one with several
     contacts, each a damper (measured: 0.04 mm). Vertices beside the shirt's body carry its weight
-    too, five times their own: 0.4 mm are allowed (measured: 0.06 mm).
+    too, five times their own: 0.4 mm are allowed (measured: 0.17 mm).
     """
     world, times, coordinates, on, _, _ = resting
     settled = times >= 2.0
@@ -665,16 +665,22 @@ def test_a_sleeve_at_rest_does_not_creep_off(resting):
 def test_a_sleeve_comes_to_rest(resting):
     """But for the `creep` of what lies on the steep trunk: its fastest vertex, in the last 10 s.
 
-    A vertex that carries its own weight down a vertical creeps with 0.09 mm/s.
+    A vertex that carries its own weight down a vertical creeps with 0.09 mm/s (the sleeve's,
+    measured: 0.004 mm/s alone, 0.15 with the shirt's body). The body hangs in folds that touch the
+    trunk in few places, which carry five times their own weight (measured: 0.39 mm/s).
     """
-    _, times, _, _, speeds, _ = resting
-    assert speeds[times >= 20.0].max() < 2.0 * creep(GRAVITY)
-    assert speeds[times >= 8.0].max() < 1e-3
+    world, times, _, _, _, speeds = resting
+    late = speeds[times[:, 0] >= 20.0].max(axis=0)
+    on_sleeve = np.arange(len(late)) < world.mesh.around * world.mesh.along
+    assert late[on_sleeve].max() < 2.0 * creep(GRAVITY)
+    if world.config.sleeve.garment.body:
+        assert late[~on_sleeve].max() < 5.0 * creep(GRAVITY)
+    assert speeds[times[:, 0] >= 8.0].max() < 1e-3
 
 
 def test_the_arms_links_together_carry_the_weight_of_a_sleeve_at_rest(resting):
     """Newton, in every reading: what moves at 1 mm/s or less needs no force to speak of."""
-    world, times, _, _, _, forces = resting
+    world, times, _, _, forces, _ = resting
     weight = world.mesh.masses.sum() * GRAVITY
     settled = forces[times[:, 0] >= 8.0] / weight
     np.testing.assert_allclose(settled.mean(axis=0), [0.0, 0.0, -1.0], atol=1e-5)

@@ -149,7 +149,7 @@ def test_the_shirts_body_hangs_from_the_lower_half_of_the_armscye_only(garment, 
     assert np.ptp(angle % (2.0 * np.pi)) > np.pi - 2.0 * cell
 
 
-@pytest.mark.parametrize("edge", [0.034, 0.024, 0.017, 0.012])
+@pytest.mark.parametrize("edge", [0.040, 0.034, 0.024, 0.017, 0.012])
 @pytest.mark.parametrize("name", GARMENTS)
 def test_triangles_are_nearly_equilateral(name, edge):
     """But for the columns and rows of the gripped patch, whose size the mesh does not choose.
@@ -165,7 +165,7 @@ def test_triangles_are_nearly_equilateral(name, edge):
     beside = np.abs(angle).min(axis=1) > patch - 1e-9
     beyond = (way.min(axis=1) > config.grip_depth - 1e-9) | (way.max(axis=1) < 1e-9)
     away = beside & beyond
-    assert away.mean() > 0.7
+    assert away.mean() > 0.6
     ratios = edge_ratios(mesh)
     narrow = config.garment.hem_circumference / config.garment.armscye_circumference
     narrowed = np.sqrt(0.75 + 0.25 * narrow**2) / narrow
@@ -173,7 +173,7 @@ def test_triangles_are_nearly_equilateral(name, edge):
     assert np.median(ratios) < 1.25
 
 
-@pytest.mark.parametrize("edge", [0.034, 0.017])
+@pytest.mark.parametrize("edge", [0.040, 0.020])
 def test_edges_are_as_long_as_asked_for(edge):
     mesh = mesh_of(SleeveConfig(edge=edge))
     lengths = np.linalg.norm(np.diff(mesh.vertices[mesh.edges], axis=1)[:, 0], axis=1)
@@ -184,43 +184,26 @@ def test_edges_are_as_long_as_asked_for(edge):
 
 
 @given(configs)
-def test_the_mass_is_that_of_the_cloth(config):
-    mesh = mesh_of(config)
-    assert np.all(mesh.masses > 0)
-    density = config.garment.fabric.areal_density
-    assert mesh.masses.sum() == pytest.approx(density * areas(mesh).sum())
-    # A third of each triangle's mass is at each of its corners, so the centre of mass is kept.
-    corners = mesh.vertices[mesh.triangles].mean(axis=1)
-    np.testing.assert_allclose(mesh.masses @ mesh.vertices, density * areas(mesh) @ corners)
+def test_the_mass_is_that_of_the_cloth_in_every_mesh(config):
+    """And is spread evenly: a third of a triangle's mass is at each of its corners."""
+    mesh, garment = mesh_of(config), config.garment
+    whole = garment.sleeve_area + garment.body_area
+    assert mesh.masses.sum() == pytest.approx(garment.fabric.areal_density * whole)
+    on_sleeve = (mesh.triangles < mesh.around * mesh.along).all(axis=1)
+    centre = np.zeros(3)
+    for part, area in ((on_sleeve, garment.sleeve_area), (~on_sleeve, garment.body_area)):
+        if part.any():
+            corners = mesh.vertices[mesh.triangles[part]].mean(axis=1)
+            centre += area / whole * np.average(corners, axis=0, weights=areas(mesh)[part])
+    np.testing.assert_allclose(mesh.masses @ mesh.vertices / mesh.masses.sum(), centre, atol=1e-12)
 
 
-def weight_of(garment):
-    """Mass of the cone and of half the shirt's body [kg], whatever the mesh."""
-    circumferences = np.array([garment.armscye_circumference, garment.hem_circumference])
-    r1, r2 = circumferences / (2 * np.pi)
-    cone = np.pi * (r1 + r2) * np.hypot(garment.length, r1 - r2)
-    return garment.fabric.areal_density * (cone + 0.5 * garment.body * circumferences[0])
-
-
-def test_a_fine_mesh_weighs_what_the_cone_and_half_the_body_do():
+def test_a_fine_mesh_has_the_areas_of_the_cone_and_of_half_the_body():
     for body in (0.0, 0.25):
         garment = Garment(body=body)
-        weight = weight_of(garment)
-        fine = mesh_of(SleeveConfig(garment=garment, edge=0.005)).masses.sum()
-        assert fine == pytest.approx(weight, rel=0.02 if body else 1e-3)
-        # Half the body, to a cell on either side and half of each of its zigzag edges.
-        coarse = mesh_of(SleeveConfig(garment=garment)).masses.sum()
-        assert coarse == pytest.approx(weight, rel=0.1 if body else 0.01)
-
-
-def test_a_coarser_mesh_would_not_do():
-    """Why edges are not longer, though verdicts are the same: a seventh of the weight is lost.
-
-    Measured, with the shirt's body and edges of 40 mm: 22.2 g of 26.1 g.
-    """
-    garment = Garment(body=0.25)
-    coarse = mesh_of(SleeveConfig(garment=garment, edge=0.040)).masses.sum()
-    assert coarse < 0.9 * weight_of(garment)
+        fine = areas(mesh_of(SleeveConfig(garment=garment, edge=0.005))).sum()
+        whole = garment.sleeve_area + garment.body_area
+        assert fine == pytest.approx(whole, rel=0.02 if body else 1e-3)
 
 
 # Grip

@@ -23,7 +23,7 @@ _COLOURS = dict(zip(PATHS, ("#0072B2", "#D55E00", "#009E73", "#CC79A7"), strict=
 def validation_table(summary: Mapping[str, Any]) -> list[list[str]]:
     """The summary as cells of text, the first row the heading."""
     heading = ["setting", "what", "agrees with the finest", "same reasons", "successes"]
-    heading += ["strain", "pull", "armscye s", "solver's error", "cost"]
+    heading += ["strain", "pull", "armscye s", "of their limits", "solver's error", "cost"]
     body = [
         [
             row["setting"],
@@ -34,6 +34,7 @@ def validation_table(summary: Mapping[str, Any]) -> list[list[str]]:
             _shown(row["difference_strain"], "{:.3f}"),
             _shown(row["difference_grip_force"], "{:.2f} N"),
             _shown(row["difference_armscye_s"], "{:.3f}"),
+            _shown(row["figure_error"], "{:.1%}").replace("%", " %"),
             _shown(row["solver_error"], "{:.1%}").replace("%", " %"),
             f"{row['relative_cost']:.2f}",
         ]
@@ -52,11 +53,12 @@ def validation_markdown(summary: Mapping[str, Any], command: str) -> str:
         "",
         f"The default settings and the finest {verdict}: "
         f"{100 * summary['agreement']:.1f} % of verdicts are the same, "
-        f"{100 * summary['required']:.0f} % are required." + _solver(summary),
+        f"{100 * summary['required']:.0f} % are required." + _figures(summary) + _solver(summary),
         "",
         markdown_table(validation_table(summary)),
         "",
-        "Strain, pull and armscye s: median absolute difference to the finest. Solver's error: "
+        "Strain, pull and armscye s: median absolute difference to the finest; of their limits: "
+        "the larger of strain's and pull's as a share of its threshold. Solver's error: "
         "what strain and pull in nine of ten dressings stay within of those of the same mesh and "
         f"step with {CONVERGED}. Cost: median CPU time an episode, relative to the default's, "
         "measured in the same run.",
@@ -88,6 +90,17 @@ def differing_table(differing: Sequence[Mapping[str, Any]]) -> list[list[str]]:
         for episode in differing
     ]
     return [[*names, "strain", "pull [N]", "s"], *body]
+
+
+def _figures(summary: Mapping[str, Any]) -> str:
+    """The sentence on the default's figures."""
+    error, allowed = summary["figure_error"], summary["allowed_figure_error"]
+    if error is None:
+        return " Their figures could not be compared: all episodes are void."
+    return (
+        f" In the median episode strain and pull differ by up to {100 * error:.1f} % of their "
+        f"limits, {100 * allowed:.0f} % are allowed."
+    )
 
 
 def _solver(summary: Mapping[str, Any]) -> str:

@@ -79,6 +79,18 @@ class Garment:
         sizes = ("length", "armscye_circumference", "hem_circumference")
         _check(self, "garment", sizes, ("body",))
 
+    @property
+    def sleeve_area(self) -> float:
+        """Of the sleeve's cloth, a truncated cone [m^2]."""
+        wide, narrow = self.armscye_circumference, self.hem_circumference
+        slant = np.hypot(self.length, (wide - narrow) / (2.0 * np.pi))
+        return float(0.5 * (wide + narrow) * slant)
+
+    @property
+    def body_area(self) -> float:
+        """Of the cloth of the shirt's body, half a cylinder [m^2]."""
+        return 0.5 * self.armscye_circumference * self.body
+
 
 def _check(
     config: Fabric | Garment, kind: str, positive: tuple[str, ...], not_negative: tuple[str, ...]

@@ -34,7 +34,7 @@ class SolverConfig:
     iterations: int = 200
     """Most iterations a step, of the solver and of the cloth's linear system; Newton needs about 5,
     CG more than 150."""
-    tolerance: float = 1e-8
+    tolerance: float = 1e-9
     """Solver's stopping tolerance. MuJoCo scales it by the mean inertia, most of which is the
     robot's, a hundred times a vertex's mass: at 1e-6 the cloth's strain and pull are still off."""
     impratio: float = 10.0

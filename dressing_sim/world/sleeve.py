@@ -24,7 +24,7 @@ class SleeveConfig:
     """A garment, how it is held, and how finely it is meshed."""
 
     garment: Garment = field(default_factory=Garment)
-    edge: float = 0.034
+    edge: float = 0.040
     """Length of the mesh's edges [m]."""
     grip_width: float = 0.05
     """How much of the armscye's edge, to both sides of its top together, the fingers hold [m]."""
@@ -88,7 +88,8 @@ class SleeveMesh:
     Attributes:
         vertices: Positions, shape (n_vertices, 3) [m].
         triangles: Vertex indices, shape (n_triangles, 3), counter-clockwise from outside.
-        masses: Mass of each vertex, a third of its triangles', shape (n_vertices,) [kg].
+        masses: Mass of each vertex, a third of its triangles', shape (n_vertices,) [kg]; in sum
+            that of the sleeve and of the shirt's body as they are before meshing.
         gripped: Indices of the vertices that the gripper holds, the armscye's topmost one first.
         around: Vertices of a ring of the sleeve.
         along: Rings of the sleeve.
@@ -186,6 +187,11 @@ def sleeve_mesh(
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
+    # The cloth weighs what the garment does: corners cut off by the mesh, at the edges of the
+    # shirt's body above all, have their weight with the triangles that are left.
+    of_sleeve, of_body = np.split(areas, [2 * around * (along - 1)])
+    of_sleeve *= garment.sleeve_area / of_sleeve.sum()
+    of_body *= garment.body_area / of_body.sum() if garment.body else 1.0
     shares = np.repeat(areas * garment.fabric.areal_density / 3.0, 3)
     masses = np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
     columns = np.arange(-(wide // 2), wide // 2 + 1)
