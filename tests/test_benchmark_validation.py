@@ -6,6 +6,7 @@ import pytest
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark import validation
+from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.benchmark.validation import (
     CONVERGED,
     DEFAULT,
@@ -16,6 +17,7 @@ from dressing_sim.benchmark.validation import (
     compare,
     path_of,
     settings,
+    simulate,
 )
 from dressing_sim.benchmark.validation_report import (
     convergence_figure,
@@ -98,6 +100,21 @@ def test_paths_are_the_operators_straight_lower_and_higher():
     half = len(expert) // 2
     assert np.all(paths["too low"][half:, 2] < expert[half:, 2] - 0.05)
     assert np.all(paths["too high"][half:, 2] > expert[half:, 2] + 0.1)
+
+
+def test_a_coarser_mesh_would_not_do():
+    """Why edges are not longer: large triangles catch at an elbow that small ones pass.
+
+    Pulled straight over the elbow of val02 (measured: 5.8 N with the finest settings).
+    """
+    (posture,) = (p for p in load_suite("val50") if p.name == "val02")
+    chosen = {s.name: s for s in settings()}
+    outcomes = {
+        name: simulate(chosen[name], "straight", posture, 0).outcome
+        for name in (DEFAULT, "coarse mesh")
+    }
+    assert outcomes[DEFAULT].success
+    assert "stuck" in outcomes["coarse mesh"].reasons
 
 
 def test_agreement_is_the_share_of_equal_verdicts():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dressing_sim.benchmark.paper_settings import split_settings
 from dressing_sim.benchmark.protocol import Entry
 from dressing_sim.benchmark.statistics import Row, compare
 from dressing_sim.errors import InvalidInputError
@@ -99,13 +100,13 @@ def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
         if a.variation and nominal in entries:
             yield "variation", a, nominal
     for a in entries:
-        stem, mark, _ = a.policy.partition("?")
+        stem, settings = split_settings(a.policy)
         chosen = replace(a, policy=stem)
-        if mark and chosen in entries:
+        if settings is not None and chosen in entries:
             yield "settings", a, chosen
 
 
 def _initial(entry: Entry) -> Entry:
     """The row without augmentation: same demonstrations, variation and settings after a ``?``."""
-    _, mark, settings = entry.policy.partition("?")
-    return replace(entry, policy=f"{INITIAL}{mark}{settings}")
+    _, settings = split_settings(entry.policy)
+    return replace(entry, policy=INITIAL if settings is None else f"{INITIAL}?{settings}")

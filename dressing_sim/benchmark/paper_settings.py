@@ -151,6 +151,12 @@ class SamplerOf:
         return sampler
 
 
+def split_settings(policy: str) -> tuple[str, str | None]:
+    """A policy's name, and the text of the settings after its ``?``; None if there is none."""
+    name, mark, text = policy.partition("?")
+    return name, text if mark else None
+
+
 def settings_from_text(text: str) -> PaperSettings:
     """Settings from ``name=value&name=value``; what is not named keeps its default.
 

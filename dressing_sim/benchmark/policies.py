@@ -7,7 +7,11 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
 
-from dressing_sim.benchmark.paper_settings import PaperSettings, settings_from_text
+from dressing_sim.benchmark.paper_settings import (
+    PaperSettings,
+    settings_from_text,
+    split_settings,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Method, Policy
 
@@ -31,7 +35,7 @@ DEFAULT = "tp-gmm"
 
 def is_built_in(name: str) -> bool:
     """Whether a name, perhaps with settings after it, is of a policy with `PaperSettings`."""
-    return name.partition("?")[0] in ("default", *BUILT_IN)
+    return split_settings(name)[0] in ("default", *BUILT_IN)
 
 
 def make_policy(name: str, seed: int = 0) -> Policy:
@@ -48,16 +52,16 @@ def make_policy(name: str, seed: int = 0) -> Policy:
         InvalidInputError: There is no such policy or setting, or the policy lacks `fit` or
             `generate`.
     """
-    stem, mark, text = name.partition("?")
+    stem, settings = split_settings(name)
     stem = DEFAULT if stem == "default" else stem
     if stem in BUILT_IN:
         try:
-            settings = settings_from_text(text) if mark else PaperSettings()
-            return settings.policy(BUILT_IN[stem], seed)
+            chosen = PaperSettings() if settings is None else settings_from_text(settings)
+            return chosen.policy(BUILT_IN[stem], seed)
         except InvalidInputError as error:
             raise InvalidInputError(f"policy {name!r}: {error}") from error
     factory = _find(stem)
-    if mark:
+    if settings is not None:
         raise InvalidInputError(
             f"policy {name!r}: {stem} takes no settings after '?'; valid for {', '.join(BUILT_IN)}"
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from dressing_sim.benchmark.paper_settings import split_settings
+
 #: The line of policies without settings after their names.
 AS_CHOSEN = "as chosen"
 
@@ -20,8 +22,8 @@ def settings_table(summary: Mapping[str, Any]) -> list[list[str]]:
         a column for each policy without them and what it was shown (and what varied), all in the
         order in which they first appear. A cell is a success rate in per cent with, where the row
         is compared with the one as chosen, the paired difference to it and its 95 % interval in
-        percentage points; "-" where nothing was run, or all of it is void. Without settings there
-        are two lines only.
+        percentage points; "-" where nothing was run, or all of it is void. Nothing at all if no
+        row has settings.
     """
     compared = {
         _place(pair["a"]): pair for pair in summary["comparisons"] if pair["kind"] == "settings"
@@ -29,6 +31,8 @@ def settings_table(summary: Mapping[str, Any]) -> list[list[str]]:
     filled = {_place(row): _cell(row, compared.get(_place(row))) for row in summary["rows"]}
     lines = dict.fromkeys([AS_CHOSEN, *(line for line, _ in filled)])
     columns = dict.fromkeys(column for _, column in filled)
+    if set(lines) == {AS_CHOSEN}:
+        return []
     return [
         ["settings", *columns],
         *([line, *(filled.get((line, column), "-") for column in columns)] for line in lines),
@@ -37,7 +41,7 @@ def settings_table(summary: Mapping[str, Any]) -> list[list[str]]:
 
 def _place(row: Mapping[str, Any]) -> tuple[str, str]:
     """Line and column of a row."""
-    stem, _, settings = row["policy"].partition("?")
+    stem, settings = split_settings(row["policy"])
     varied = f"{' and '.join(row['variation'])} varied" if row["variation"] else None
     return settings or AS_CHOSEN, ", ".join(filter(None, [stem, row["demonstrations"], varied]))
 

@@ -76,7 +76,7 @@ def _paper(protocol: Protocol, summary: Mapping[str, Any]) -> Iterator[str]:
 
 def _settings(summary: Mapping[str, Any]) -> Iterator[str]:
     cells = settings_table(summary)
-    if len(cells) > 2:  # more than the heading and what is as chosen
+    if cells:
         yield "## Settings of policies"
         yield markdown_table(cells)
         yield SETTINGS_RULE
