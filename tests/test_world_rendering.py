@@ -4,9 +4,11 @@ import pytest
 from dressing_sim.episode import Episode
 from dressing_sim.errors import DressingSimError
 from dressing_sim.world import rendering
+from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS
 from dressing_sim.world.rendering import BACKENDS, CAMERAS, INSTALL_HINT, OffscreenRenderer
-from dressing_sim.world.scene import WorldConfig
+from dressing_sim.world.scene import WorldConfig, build_spec
+from dressing_sim.world.visuals import SKIN_INSET, add_visuals
 
 SIZE = {"width": 320, "height": 240}
 
@@ -104,3 +106,22 @@ def test_without_any_opengl_the_error_says_what_to_install(monkeypatch):
     assert str(caught.value) == INSTALL_HINT
     assert "apt install" in INSTALL_HINT
     assert "\n" not in INSTALL_HINT
+
+
+def test_pictures_alone_have_a_thinner_arm(posture):
+    """Cloth sinks in by millimetres, where skin would give way; the robot may not look nearer."""
+    spec, _ = build_spec(posture, WorldConfig())
+    simulated = spec.compile()
+    add_visuals(spec)
+    drawn = spec.compile()
+    for link in LINKS:
+        radii = [
+            [
+                model.geom_size[geom, 0]
+                for geom in range(model.ngeom)
+                if model.body(model.geom_bodyid[geom]).name == link
+            ]
+            for model in (simulated, drawn)
+        ]
+        inset = np.subtract(*radii)
+        np.testing.assert_allclose(inset, SKIN_INSET if link in ARM_LINKS else 0.0)

@@ -51,7 +51,7 @@ def replay_episode(folder: RunFolder, index: int, observer: Observer | None = No
     # Of the study of thresholds an episode has a verdict for each; they are made again too.
     study = folder.plan.protocol.name == sensitivity.PROTOCOL.name
     dress = sensitivity.dress_job if study else runner.dress_job
-    source = single_threaded(_source, folder, job)
+    source = single_threaded(learned_source, folder, job)
     result = single_threaded(dress, source, job, folder.plan.config, observer)
     again = json.loads(episode_line(folder.plan.protocol, result))
     posture, config, _ = job.situation(folder.plan.config)
@@ -59,7 +59,8 @@ def replay_episode(folder: RunFolder, index: int, observer: Observer | None = No
     return Replay(result, found, posture, config)
 
 
-def _source(folder: RunFolder, job: Job) -> Policy | Operator:
+def learned_source(folder: RunFolder, job: Job) -> Policy | Operator:
+    """What dresses in a job: the operator, or the policy as it was, learned again."""
     shown, number = job.entry.demonstrations, job.demonstration_set
     if shown is None:
         return Operator()

@@ -31,7 +31,7 @@ REQUIRED_AGREEMENT = 0.95
 #: How far strain and pull may be from those of a converged solver in nine of ten dressings.
 ALLOWED_SOLVER_ERROR = 0.05
 
-#: How far the median episode's strain and pull may be from the finest's, as a share of their limits.
+#: How far the median episode's strain and pull may be off the finest's, as a share of the limits.
 ALLOWED_FIGURE_ERROR = 0.05
 
 #: Settings that all others are compared with, those that every episode has otherwise, and those
@@ -70,9 +70,14 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         )
         return Setting(name, what, replace(base, world=world))
 
-    step, edge = base.world.solver.timestep, base.world.sleeve.edge
+    solver, edge = base.world.solver, base.world.sleeve.edge
+    step, tolerance = solver.timestep, solver.tolerance
     return (
-        change(DEFAULT, f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, Newton, {base.world.solver.tolerance:.0e}", {}),
+        change(
+            DEFAULT,
+            f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {tolerance:.0e}",
+            {},
+        ),
         change(
             FINEST,
             f"edges 24 mm, {500 * step:g} ms, tolerance 1e-12",
@@ -209,9 +214,9 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
         "allowed_solver_error": ..., "passed": ...}``; shares from 0 to 1, times relative to the
         default's. Differences of figures are medians of absolute differences over the episodes,
         the figures' error is the larger of those of strain and pull as a share of its limit; None
-        if all are void. An episode that is void in either counts as disagreement. The solver's error, see `_solver_error`, is None where mesh, step or contacts
-        differ from the default's, or where no episode succeeds with both; the default passes only
-        with one that is known.
+        if all are void. An episode that is void in either counts as disagreement. The solver's
+        error, see `_solver_error`, is None where mesh, step or contacts differ from the default's,
+        or where no episode succeeds with both; the default passes only with one that is known.
     """
     by_setting = {
         setting.name: {(t.path, t.posture): t for t in trials if t.setting == setting.name}
@@ -344,4 +349,3 @@ def _margins(outcome: Outcome) -> dict[str, float]:
     """Figures that thresholds are set on."""
     names = ("strain", "grip_force", "armscye_s", "gripper_distance", "hit_force")
     return {name: outcome.figures[name] for name in names if name in outcome.figures}
-

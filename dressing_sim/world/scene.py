@@ -36,7 +36,7 @@ class SolverConfig:
     CG more than 150."""
     tolerance: float = 1e-9
     """Solver's stopping tolerance. MuJoCo scales it by the mean inertia, most of which is the
-    robot's, a hundred times a vertex's mass: at 1e-6 the cloth's strain and pull are still off."""
+    robot's, a hundred times a vertex's mass: at 1e-8 the cloth's strain and pull are still off."""
     impratio: float = 10.0
     """How much harder friction is than contact; at 1 a sleeve creeps down a sloping arm."""
 

@@ -20,10 +20,15 @@ import numpy as np
 import platformdirs
 from scipy.spatial.transform import Rotation
 
+from dressing_sim.world.mannequin import ARM_LINKS
 from dressing_sim.world.panda import mesh_path, urdf_path
 
 #: Geom groups of pictures: visual meshes are shown, collision shapes of the robot are not.
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
+
+#: How far inside the surface that contacts see the arm's skin is drawn [m]: own choice, what cloth
+#: sinks in under a usual load. Real skin would give way; ours, drawn in full, would poke through.
+SKIN_INSET = 0.006
 
 _COLOUR = re.compile(r"_([0-9a-f]{6})\.obj$")
 
@@ -81,6 +86,9 @@ def _convert(collada: Path, folder: Path) -> None:
 def add_visuals(spec: mujoco.MjSpec) -> None:
     """Add the robot's skin, a floor, lights and a camera to a scene; none of it has contacts."""
     _add_robot_skin(spec)
+    for link in ARM_LINKS:
+        for geom in spec.body(link).geoms:
+            geom.size[0] -= SKIN_INSET
     _add_studio(spec)
 
 
