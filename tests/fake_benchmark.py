@@ -131,7 +131,10 @@ def is_running(pid):
 
 def start(folder, arguments, **settings):
     """The command line without physics in a process of its own."""
-    command = [sys.executable, __file__, str(folder), *arguments]
+    # A process begun in the background of a script ignores Ctrl-C, and so would its children.
+    listen = "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL); "
+    listen += "os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
+    command = [sys.executable, "-c", listen, __file__, str(folder), *arguments]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **settings
     )
