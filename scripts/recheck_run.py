@@ -38,9 +38,10 @@ def main() -> None:
     parser.add_argument("--setting", default=FINEST, choices=[s.name for s in settings()])
     parser.add_argument("--seed", type=int, default=0, help="which episodes are drawn")
     chosen = parser.parse_args()
-    recorded = {result.index: result.outcome for result in load_run(chosen.run).results}
+    run = load_run(chosen.run)
+    recorded = {result.index: result.outcome for result in run.results}
     drawn = np.random.default_rng(chosen.seed).permutation(sorted(recorded))[: chosen.episodes]
-    config = next(s.config for s in settings() if s.name == chosen.setting)
+    config = next(s.config for s in settings(run.plan.config) if s.name == chosen.setting)
     same, dressed = 0, [0, 0]
     with Processes(processors()) as workers:
         calls = [(int(index), (chosen.run, int(index), config)) for index in drawn]

@@ -131,10 +131,7 @@ def is_running(pid):
 
 def start(folder, arguments, **settings):
     """The command line without physics in a process of its own."""
-    # A process begun in the background of a script ignores Ctrl-C, and so would its children.
-    listen = "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL); "
-    listen += "os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
-    command = [sys.executable, "-c", listen, __file__, str(folder), *arguments]
+    command = [sys.executable, __file__, str(folder), *arguments]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **settings
     )
@@ -185,6 +182,8 @@ def dask_cluster(folder, workers):
 
 
 def run_script():
+    # Tests that were begun in the background of a script ignore Ctrl-C, and so would this process.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     folder = Path(sys.argv.pop(1))
     runner.run_plan = partial(runner.run_plan, work=fake_work(folder))
     main(sys.argv[1:])

@@ -231,7 +231,9 @@ def stretched(load, cells, kind, edge=0.040, weightless=False):
 
 @pytest.mark.parametrize("load", [0.0, 0.9, 1.8])
 @pytest.mark.parametrize("kind", ["squares", "axial", "circumferential"])
-@pytest.mark.parametrize(("cells", "edge"), [((6, 2), 0.040), ((12, 4), 0.020)])
+@pytest.mark.parametrize(
+    ("cells", "edge"), [((6, 2), 0.040), ((12, 4), 0.020), ((6, 2), 0.034), ((12, 4), 0.017)]
+)
 def test_a_hanging_strip_stretches_as_its_membrane_stiffness_says(cells, edge, kind, load):
     """Uniaxial stress of a St Venant-Kirchhoff membrane (the manual's flex elasticity).
 
@@ -438,7 +440,7 @@ def test_cloth_slides_down_what_is_steeper_than_the_friction_angle(beyond):
     assert acceleration == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.parametrize("edge", [0.040, 0.020])
+@pytest.mark.parametrize("edge", [0.040, 0.034, 0.020, 0.017])
 @pytest.mark.parametrize("below", [1.0, 3.0, 10.0])
 def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(below, edge):
     """Below atan(mu) friction carries m g sin of the incline, and nothing accelerates.
@@ -667,7 +669,7 @@ def test_a_sleeve_comes_to_rest(resting):
 
     A vertex that carries its own weight down a vertical creeps with 0.09 mm/s (the sleeve's,
     measured: 0.004 mm/s alone, 0.15 with the shirt's body). The body hangs in folds that touch the
-    trunk in few places, which carry five times their own weight (measured: 0.39 mm/s).
+    trunk in few places; as these creep, its loose ends swing (measured: 0.39 mm/s).
     """
     world, times, _, _, _, speeds = resting
     late = speeds[times[:, 0] >= 20.0].max(axis=0)

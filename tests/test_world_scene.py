@@ -19,7 +19,7 @@ from dressing_sim.world.sleeve import SleeveConfig
 SHIRT = SleeveConfig(garment=Garment(body=0.25))
 
 
-@pytest.mark.parametrize("edge", [0.040, 0.020])
+@pytest.mark.parametrize("edge", [0.040, 0.034, 0.020, 0.017])
 def test_the_gripper_starts_at_the_top_of_the_armscye_which_is_round_the_wrist(posture, edge):
     config = SleeveConfig(edge=edge)
     armscye = resting_sleeve(posture, config).rings(resting_sleeve(posture, config).vertices)[0]

@@ -165,7 +165,7 @@ def test_triangles_are_nearly_equilateral(name, edge):
     beside = np.abs(angle).min(axis=1) > patch - 1e-9
     beyond = (way.min(axis=1) > config.grip_depth - 1e-9) | (way.max(axis=1) < 1e-9)
     away = beside & beyond
-    assert away.mean() > 0.6
+    assert away.mean() > (0.7 if edge < 0.04 else 0.6)
     ratios = edge_ratios(mesh)
     narrow = config.garment.hem_circumference / config.garment.armscye_circumference
     narrowed = np.sqrt(0.75 + 0.25 * narrow**2) / narrow
@@ -173,7 +173,7 @@ def test_triangles_are_nearly_equilateral(name, edge):
     assert np.median(ratios) < 1.25
 
 
-@pytest.mark.parametrize("edge", [0.040, 0.020])
+@pytest.mark.parametrize("edge", [0.040, 0.034, 0.020, 0.017])
 def test_edges_are_as_long_as_asked_for(edge):
     mesh = mesh_of(SleeveConfig(edge=edge))
     lengths = np.linalg.norm(np.diff(mesh.vertices[mesh.edges], axis=1)[:, 0], axis=1)

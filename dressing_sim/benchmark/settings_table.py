@@ -31,7 +31,7 @@ def settings_table(summary: Mapping[str, Any]) -> list[list[str]]:
     filled = {_place(row): _cell(row, compared.get(_place(row))) for row in summary["rows"]}
     lines = dict.fromkeys([AS_CHOSEN, *(line for line, _ in filled)])
     columns = dict.fromkeys(column for _, column in filled)
-    if set(lines) == {AS_CHOSEN}:
+    if len(lines) == 1:
         return []
     return [
         ["settings", *columns],

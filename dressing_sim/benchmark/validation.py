@@ -38,6 +38,9 @@ ALLOWED_FIGURE_ERROR = 0.05
 #: of a solver that has converged on the same mesh and step.
 FINEST, DEFAULT, CONVERGED = "finest", "default", "tolerance 1e-12"
 
+#: Figures that are compared with the finest's.
+COMPARED = ("strain", "grip_force", "armscye_s")
+
 
 @dataclass(frozen=True, slots=True)
 class Setting:
@@ -231,7 +234,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
     for setting in chosen:
         own = by_setting[setting.name]
         agree = [_agree(own[key].outcome, finest[key].outcome) for key in finest]
-        differences = {name: _difference_of(name, own, finest) for name in _COMPARED}
+        differences = {name: _median_difference(name, own, finest) for name in COMPARED}
         rows.append(
             {
                 "setting": setting.name,
@@ -277,11 +280,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
     }
 
 
-#: Figures that are compared with the finest's.
-_COMPARED = ("strain", "grip_force", "armscye_s")
-
-
-def _difference_of(
+def _median_difference(
     name: str, own: Mapping[tuple[str, str], Trial], finest: Mapping[tuple[str, str], Trial]
 ) -> float | None:
     """The median absolute difference of a figure; None if no episode has it with both settings."""

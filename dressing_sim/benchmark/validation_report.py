@@ -12,7 +12,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from dressing_sim.benchmark.report import markdown_table
-from dressing_sim.benchmark.validation import CONVERGED, DEFAULT, FINEST, PATHS, Trial
+from dressing_sim.benchmark.validation import COMPARED, CONVERGED, DEFAULT, FINEST, PATHS, Trial
 from dressing_sim.files import write_text
 from dressing_sim.judge import Thresholds
 
@@ -84,7 +84,7 @@ def differing_table(differing: Sequence[Mapping[str, Any]]) -> list[list[str]]:
             *(
                 f"{_value(episode['margins'], figure)} against "
                 f"{_value(episode['finest_margins'], figure)}"
-                for figure in ("strain", "grip_force", "armscye_s")
+                for figure in COMPARED
             ),
         ]
         for episode in differing

@@ -31,10 +31,10 @@ def validate(
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
 
     Four paths (the operator's, a straight one, one too low, one too high) on each posture, with
-    seventeen settings, against the finest of them. About twenty minutes on two cores. Exit code 1
-    if the default settings agree with the finest on less than 95 % of verdicts, if the median
-    episode's strain or pull is off by more than 5 % of its limit, or if the solver is more than
-    5 % off a converged one in strain or pull, or no dressing succeeds to tell.
+    seventeen settings, against the finest of them. About a quarter of an hour on two cores. Exit
+    code 1 if the default settings agree with the finest on less than 95 % of verdicts, if the
+    median episode's strain or pull is off by more than 5 % of its limit, or if the solver is more
+    than 5 % off a converged one in strain or pull, or no dressing succeeds to tell.
     Writes summary.json, episodes.jsonl, report.md and convergence.svg.
 
     For example: dressing-sim validate --json

@@ -188,10 +188,11 @@ def sleeve_mesh(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
     # The cloth weighs what the garment does: corners cut off by the mesh, at the edges of the
-    # shirt's body above all, have their weight with the triangles that are left.
+    # shirt's body above all, have their weight with the triangles that are left. These are views.
     of_sleeve, of_body = np.split(areas, [2 * around * (along - 1)])
     of_sleeve *= garment.sleeve_area / of_sleeve.sum()
-    of_body *= garment.body_area / of_body.sum() if garment.body else 1.0
+    if garment.body:
+        of_body *= garment.body_area / of_body.sum()
     shares = np.repeat(areas * garment.fabric.areal_density / 3.0, 3)
     masses = np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
     columns = np.arange(-(wide // 2), wide // 2 + 1)

@@ -84,7 +84,10 @@ def _convert(collada: Path, folder: Path) -> None:
 
 
 def add_visuals(spec: mujoco.MjSpec) -> None:
-    """Add the robot's skin, a floor, lights and a camera to a scene; none of it has contacts."""
+    """Add the robot's skin, a floor, lights and a camera to a scene, and draw the arm thinner.
+
+    For pictures alone: nothing that is added has contacts, and the arm is no longer the simulated.
+    """
     _add_robot_skin(spec)
     for link in ARM_LINKS:
         for geom in spec.body(link).geoms:
