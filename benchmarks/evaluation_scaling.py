@@ -1,10 +1,10 @@
 """How evaluation scales: one worker against two, and the memory of a worker.
 
-    python benchmarks/evaluation_scaling.py [--episodes 100] [--rounds 3]
+    python benchmarks/evaluation_scaling.py [--suite test200] [--rounds 3]
 
-Runs the expert on random postures with one worker and with two, in turn, and prints the ratio of
-the two medians of wall time, starting the workers included, and the largest resident memory of any
-worker. Use an idle machine.
+Runs the expert on a suite with one worker and with two, in turn, and prints the ratio of the two
+medians of wall time, starting the workers included, and the largest resident memory of any worker.
+Drawing a ``random:N`` suite, which one process does, is included too. Use an idle machine.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ def watch(stop: threading.Event, largest: list[int]) -> None:
                 continue
 
 
-def measure(workers: int, episodes: int) -> float:
+def measure(workers: int, suite: str) -> float:
     """Wall time of one evaluation [s]."""
-    protocol = Protocol("scaling", f"random:{episodes}", (Entry("expert"),))
+    protocol = Protocol("scaling", suite, (Entry("expert"),))
     with tempfile.TemporaryDirectory() as folder:
         begun = time.perf_counter()
         plan = make_plan(protocol, 0)
@@ -50,7 +50,7 @@ def measure(workers: int, episodes: int) -> float:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=100)
+    parser.add_argument("--suite", default="test200")
     parser.add_argument("--rounds", type=int, default=3)
     chosen = parser.parse_args()
     stop, largest = threading.Event(), [0]
@@ -59,7 +59,7 @@ def main() -> None:
     times: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(chosen.rounds):
         for workers, seconds in times.items():
-            seconds.append(measure(workers, chosen.episodes))
+            seconds.append(measure(workers, chosen.suite))
             print(f"{workers} worker(s): {seconds[-1]:.1f} s", flush=True)
     stop.set()
     watcher.join()

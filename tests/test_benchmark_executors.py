@@ -4,6 +4,7 @@ import signal
 import sys
 from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 
+import distributed
 import numpy as np
 import pytest
 from fake_benchmark import (
@@ -216,6 +217,21 @@ def test_an_episode_that_kills_two_dask_workers_is_void_and_no_other(tmp_path):
     assert [line["index"] for line in lines] == list(range(16))
     void = {line["index"]: line["void"] for line in lines if line["void"]}
     assert void == {5: "worker died twice"}
+
+
+async def lost(self, *args, result=distributed.Future._result, **kwargs):
+    """Dask's result of a call whose worker dies as soon as it has told of it."""
+    told = await result(self, *args, **kwargs)
+    self._state.lose()
+    return told
+
+
+def test_a_result_is_a_result_whatever_becomes_of_its_worker(tmp_path, monkeypatch):
+    """Once fetched it is here; a worker that is lost meanwhile may not turn it into an error."""
+    monkeypatch.setattr(distributed.Future, "_result", lost)
+    with dask_cluster(tmp_path, 1) as cluster, DaskWorkers(cluster.address) as workers:
+        found = [future.result() for _, future in completed(workers, square, [(3, (3,))])]
+    assert found == [9]
 
 
 def test_a_scheduler_that_goes_away_is_an_error(tmp_path):

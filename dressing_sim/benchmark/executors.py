@@ -16,13 +16,15 @@ from concurrent.futures import (
     Executor,
     Future,
     ProcessPoolExecutor,
-    wait,
 )
+from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
+from functools import partial
 from itertools import islice
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connection
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 from threadpoolctl import threadpool_limits
 
@@ -173,8 +175,7 @@ class DaskWorkers(Workers):
         except BaseException:
             self._client.close()
             raise
-        # Not pure: Dask may not answer a call from memory that it has seen before.
-        self._executor = self._client.get_executor(pure=False)
+        self._futures: WeakSet[Future[Any]] = WeakSet()
 
     def _check_workers(self) -> None:
         try:
@@ -201,11 +202,32 @@ class DaskWorkers(Workers):
             raise DressingSimError(f"lost the scheduler {self._address!r}") from error
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        return self._executor.submit(single_threaded, fn, *args, **kwargs)
+        # Not pure: Dask may not answer a call from memory that it has seen before.
+        remote = self._client.submit(single_threaded, fn, *args, pure=False, **kwargs)
+        future: Future[Any] = Future()
+        self._futures.add(future)
+        remote.add_done_callback(partial(_pass_on, future))
+        return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        self._executor.shutdown(wait=wait and not cancel_futures)
+        if wait and not cancel_futures:
+            wait_for(self._futures)
         self._client.close()
+
+
+def _pass_on(future: Future[Any], remote: Any) -> None:
+    """Tell a future what became of Dask's.
+
+    Dask's own executor asks for the result first and for its status afterwards; in between a dying
+    worker can take the result with it, and what was a success is then unpacked as an error.
+    """
+    try:
+        future.set_result(remote.result())
+    except CancelledError:
+        future.cancel()
+        future.set_running_or_notify_cancel()
+    except Exception as error:  # whatever the call raised is the caller's
+        future.set_exception(error)
 
 
 def completed(
@@ -237,9 +259,9 @@ def completed(
                 break
         if not flying and not suspects:
             return
-        done, _ = wait(flying, return_when=FIRST_COMPLETED)
+        done, _ = wait_for(flying, return_when=FIRST_COMPLETED)
         if suspects or any(_died(workers, future) for future in done):
-            done, _ = wait(flying)
+            done, _ = wait_for(flying)
         # In the order of the calls: if one of them is in error, those before it are told of.
         for future in [future for future in flying if future in done]:
             call = flying.pop(future)
@@ -257,7 +279,7 @@ def completed(
 def _check_alive(workers: Workers) -> None:
     """Raise DressingSimError if workers die whatever they do, which is no fault of a call."""
     future = workers.submit(os.getpid)
-    wait([future])
+    wait_for([future])
     if _died(workers, future):
         raise DressingSimError("no worker can be started here; is there enough memory?")
 
@@ -268,7 +290,7 @@ def _alone(
     """Try with nothing else in flight, until two deaths are known to be the call's own."""
     for _ in range(2 if workers.shared_fate else 1):
         future = workers.submit(function, *arguments)
-        wait([future])
+        wait_for([future])
         if not _died(workers, future):
             return future
         workers.renew()
