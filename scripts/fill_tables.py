@@ -19,7 +19,7 @@ from dressing_sim.benchmark.cost_report import cost_table
 from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.report import markdown_table, table
 from dressing_sim.benchmark.sensitivity_report import sensitivity_table, turned_table
-from dressing_sim.benchmark.settings_table import settings_table
+from dressing_sim.benchmark.side_by_side import settings_table, variation_table
 from dressing_sim.benchmark.validation_report import differing_table, validation_table
 from dressing_sim.files import write_text
 
@@ -80,6 +80,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "table": lambda summary: markdown_table(table(summary)),
     "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
     "settings": lambda summary: markdown_table(settings_table(summary)),
+    "variation": lambda summary: markdown_table(variation_table(summary)),
     "claims": claims,
     "sets": sets,
     "ends": ends,

@@ -58,6 +58,8 @@ def test_the_large_protocols_have_what_they_compare():
         shown = [shown_postures(e.demonstrations) for e in budget.entries if e.policy == policy]
         assert [len(postures) for postures in shown] == [2, 3, 4, 5, 6, 7]
     rows = {(e.policy, e.demonstrations) for e in robust.entries}
+    compared = {(p, case) for p in ("tp-gmm", "tp-gmm-rf-noise") for case in ("case_a", "case_b")}
+    assert rows == {("expert", None), ("tp-gmm", "baseline7")} | compared
     variations = {(), ("friction",), ("fabric",), ("arm",)}
     assert {(e.policy, e.demonstrations, e.variation) for e in robust.entries} == {
         (*row, variation) for row in rows for variation in variations

@@ -121,17 +121,17 @@ _BUDGET = tuple(
     Entry(policy, f"baseline7:{n}") for policy in ("tp-gmm", "tp-gmm-rf") for n in range(2, 8)
 )
 
-#: In the nominal world, and with one factor after the other drawn anew.
-_ROBUST = tuple(
-    Entry(policy, shown, variation)
-    for policy, shown in ((EXPERT, None), ("tp-gmm-rf-noise", "case_a"))
-    for variation in ((), ("friction",), ("fabric",), ("arm",))
-)
-
-#: Rows that settings are compared on: without and with augmentation, and the baseline.
+#: Without and with augmentation, and the baseline: what settings and worlds are compared on.
 _COMPARED = (
     *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", "tp-gmm-rf-noise")),
     Entry("tp-gmm", "baseline7"),
+)
+
+#: In the nominal world, and with one factor after the other drawn anew.
+_ROBUST = tuple(
+    replace(entry, variation=variation)
+    for entry in (Entry(EXPERT), *_COMPARED)
+    for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
 #: What the paper leaves open, one change at a time, as settings after a policy's name.

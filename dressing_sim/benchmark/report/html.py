@@ -17,7 +17,7 @@ from dressing_sim.benchmark.protocol import Protocol
 from dressing_sim.benchmark.report import figures, text
 from dressing_sim.benchmark.report.cards import Picture, hard_postures
 from dressing_sim.benchmark.report.figures import Axis, Curve
-from dressing_sim.benchmark.settings_table import settings_table
+from dressing_sim.benchmark.side_by_side import side_by_side
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.judge import REASONS
 
@@ -70,8 +70,7 @@ def page(
         headline=text.headline(protocol, summary),
         success_rule=text.SUCCESS_RULE,
         **_rows(protocol, ordered, summary),
-        by_settings=settings_table(summary),
-        settings_rule=text.SETTINGS_RULE,
+        side_by_side=side_by_side(summary),
         **_comparisons(summary),
         **_budget(protocol, ordered),
         cards=cards,

@@ -13,7 +13,6 @@ from dressing_sim.benchmark.protocol import Protocol
 from dressing_sim.benchmark.report.figures import hardest
 from dressing_sim.benchmark.report.text import (
     COMPARISONS,
-    SETTINGS_RULE,
     SUCCESS_RULE,
     Cells,
     headline,
@@ -24,7 +23,7 @@ from dressing_sim.benchmark.report.text import (
     replay_command,
     table,
 )
-from dressing_sim.benchmark.settings_table import settings_table
+from dressing_sim.benchmark.side_by_side import side_by_side
 from dressing_sim.benchmark.store import EpisodeResult
 
 
@@ -53,7 +52,7 @@ def markdown(
         markdown_table(table(summary)),
         SUCCESS_RULE,
         *_paper(protocol, summary),
-        *_settings(summary),
+        *_side_by_side(summary),
         *_claims(summary),
         *_comparisons(summary),
         *_sets(protocol, summary),
@@ -74,12 +73,11 @@ def _paper(protocol: Protocol, summary: Mapping[str, Any]) -> Iterator[str]:
         yield "The paper's trials were made with a real robot, on postures of its own."
 
 
-def _settings(summary: Mapping[str, Any]) -> Iterator[str]:
-    cells = settings_table(summary)
-    if cells:
-        yield "## Settings of policies"
-        yield markdown_table(cells)
-        yield SETTINGS_RULE
+def _side_by_side(summary: Mapping[str, Any]) -> Iterator[str]:
+    for one in side_by_side(summary):
+        yield f"## {one.title}"
+        yield markdown_table(one.cells)
+        yield one.rule
 
 
 def _claims(summary: Mapping[str, Any]) -> Iterator[str]:

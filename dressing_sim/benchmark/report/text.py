@@ -23,12 +23,6 @@ SUCCESS_RULE = (
     "rates are Wilson's; void episodes count neither way."
 )
 
-SETTINGS_RULE = (
-    "Success rates of policies with settings changed as each line says; in brackets the "
-    "difference to the same policy as chosen, over the same postures and demonstration sets, in "
-    "percentage points, with its 95 % bootstrap interval."
-)
-
 #: What the kinds of comparison are called, see `dressing_sim.benchmark.comparisons`.
 COMPARISONS = {
     "augmentation": "with synthetic demonstrations, less without",

@@ -2,19 +2,19 @@ import json
 import re
 import runpy
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_results import FULL, HIT, SMALL, SUCCESS, VOID, random_results, results_of
+from fake_results import FULL, HIT, ROBUST, SMALL, SUCCESS, VOID, random_results, results_of
 
 from dressing_sim.benchmark.comparisons import rows_by_entry
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.report import markdown_table, summarise
 from dressing_sim.benchmark.report.html import page
 from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.benchmark.report.text import SETTINGS_RULE
-from dressing_sim.benchmark.settings_table import settings_table
+from dressing_sim.benchmark.side_by_side import settings_table, side_by_side, variation_table
 from dressing_sim.benchmark.statistics import contrast
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -131,8 +131,25 @@ def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
     assert lines == [["as chosen", "-", "-"], ["b=1", "50 %", "100 %"]]
 
 
-def test_without_settings_there_is_no_table():
-    assert settings_table(summarise(FULL, random_results(FULL, 10), {})) == []
+def test_without_changes_there_is_no_table():
+    summary = summarise(FULL, random_results(FULL, 10), {})
+    assert settings_table(summary) == variation_table(summary) == []
+    assert side_by_side(summary) == []
+
+
+def test_rows_under_variation_stand_below_the_nominal_world():
+    nominal, varied = Entry("a?b=1", "x"), Entry("a?b=1", "x", ("friction", "arm"))
+    protocol = Protocol("p", "s", (varied, nominal, Entry("expert", None, ("arm",))))
+    results = results_of(protocol, [[HIT] * 8, [SUCCESS, HIT] * 4, [SUCCESS] * 8])
+    summary = summarise(protocol, results, {})
+    (pair,) = summary["comparisons"]
+    low, high = pair["pc_difference_ci95"]
+    assert variation_table(summary) == [
+        ["varied", "a?b=1, x", "expert"],
+        ["nothing", "50 %", "-"],
+        ["friction and arm", f"0 % (-50, {low:+.0f} to {high:+.0f})", "-"],
+        ["arm", "-", "100 %"],
+    ]
 
 
 def test_a_summary_is_the_same_after_it_was_a_file(measured):
@@ -146,25 +163,26 @@ def reports(protocol, results):
     return markdown(*arguments), page(*arguments).replace("\u00a0", " "), summary
 
 
-def test_the_reports_have_the_table_where_there_are_settings(measured):
-    text, html, summary = reports(PROTOCOL, measured[0])
-    cells = settings_table(summary)
-    assert f"## Settings of policies\n\n{markdown_table(cells)}\n\n{SETTINGS_RULE}\n" in text
-    section = html.partition('<section id="settings">')[2].partition("</section>")[0]
-    assert SETTINGS_RULE in section
-    found = re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", section)
-    assert [cell.replace("&amp;", "&") for cell in found] == [c for line in cells for c in line]
+@pytest.mark.parametrize(
+    ("protocol", "kinds"),
+    [(PROTOCOL, ["settings", "variation"]), (ROBUST, ["variation"]), (FULL, []), (SMALL, [])],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_the_reports_have_the_tables_of_changes_that_there_are(protocol, kinds):
+    text, html, summary = reports(protocol, random_results(protocol, 8))
+    assert [one.kind for one in side_by_side(summary)] == kinds
+    assert re.findall(r'<section id="(settings|variation)">', html) == kinds
+    for one in side_by_side(summary):
+        assert f"## {one.title}\n\n{markdown_table(one.cells)}\n\n{one.rule}\n" in text
+        section = html.partition(f'<section id="{one.kind}">')[2].partition("</section>")[0]
+        assert one.rule in section
+        found = re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", section)
+        assert [cell.replace("&amp;", "&") for cell in found] == [*chain(*one.cells)]
 
 
-@pytest.mark.parametrize("protocol", [FULL, SMALL], ids=lambda p: p.name)
-def test_the_reports_have_no_such_table_without_settings(protocol):
-    text, html, _ = reports(protocol, random_results(protocol, 8))
-    assert "Settings of policies" not in text + html
-    assert SETTINGS_RULE not in text + html
-    assert 'id="settings"' not in html
-
-
-def test_a_page_of_the_documentation_can_have_the_table(measured):
+@pytest.mark.parametrize("kind", ["settings", "variation"])
+def test_a_page_of_the_documentation_can_have_the_table(measured, kind):
     _, summary = measured
     blocks = runpy.run_path(str(ROOT / "scripts" / "fill_tables.py"))["BLOCKS"]
-    assert blocks["settings"](summary) == markdown_table(settings_table(summary))
+    (one,) = (one for one in side_by_side(summary) if one.kind == kind)
+    assert blocks[kind](summary) == markdown_table(one.cells)
