@@ -196,7 +196,7 @@ class Posture:
 
         Returns:
             Two frames with their origins at the shoulder and at the wrist and their x axes
-            towards the elbow (Zhu, Gienger, Kober 2022, Section V). The paper leaves the other
+            towards the elbow (Zhu, Gienger, Kober 2022, Section VI). The paper leaves the other
             two axes open; here z points up as far as x allows (see `gravity_frame`), because a
             sleeve hangs, and because this is defined for a straight arm too.
         """
@@ -237,21 +237,29 @@ def _numbers(values: object) -> tuple[float, ...]:
     return tuple(float(value) for value in listed) if valid else ()
 
 
+def up_across(axis: Vector) -> Vector:
+    """Unit vector (3,) across a unit vector, as far up as it allows.
+
+    ``(up - (up . axis) axis) / |.|``; along a vertical axis (within 0.6 degrees) `FORWARD` takes
+    the part of up.
+    """
+    across = UP - (UP @ axis) * axis
+    if np.linalg.norm(across) < 1e-2:
+        across = FORWARD - (FORWARD @ axis) * axis
+    return across / np.linalg.norm(across)
+
+
 def gravity_frame(origin: Vector, towards: Vector) -> Frame:
     """Frame with x towards a point and z as far up as x allows.
 
-    ``x = (towards - origin) / |.|``, ``z = (up - (up . x) x) / |.|``, ``y = z x x``. When x is
-    vertical (within 0.6 degrees) `FORWARD` takes the part of up.
+    ``x = (towards - origin) / |.|``, z as `up_across` has it, ``y = z x x``.
 
     Args:
         origin: Origin (3,) in the robot's base frame [m].
         towards: Point (3,) on the positive x axis, in the same frame [m].
     """
     x = (towards - origin) / np.linalg.norm(towards - origin)
-    z = UP - (UP @ x) * x
-    if np.linalg.norm(z) < 1e-2:
-        z = FORWARD - (FORWARD @ x) * x
-    z = z / np.linalg.norm(z)
+    z = up_across(x)
     return Frame(np.column_stack([x, np.cross(z, x), z]), origin)
 
 

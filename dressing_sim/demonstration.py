@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import replacing
+from dressing_sim.files import is_file, replacing
 from dressing_sim.learning.frame import Frame
 
 FORMAT = "dressing_sim demonstrations"
@@ -67,7 +67,8 @@ class Demonstration:
 
     def __post_init__(self) -> None:
         for name, width in (("positions", 3), ("commands", 7)):
-            value = np.asarray(getattr(self, name))
+            value = np.asarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, value)
             if value.ndim != 2 or value.shape[1] != width or len(value) < 2:
                 raise InvalidInputError(
                     f"demonstration on {self.posture.name!r}: {name} has shape {value.shape}, "
@@ -78,7 +79,15 @@ class Demonstration:
                     f"demonstration on {self.posture.name!r}: {name} has values that are not "
                     "finite, valid are numbers"
                 )
-        if not self.dt > 0.0:
+        if len(self.positions) != len(self.commands):
+            raise InvalidInputError(
+                f"demonstration on {self.posture.name!r}: {len(self.positions)} positions with "
+                f"{len(self.commands)} commands, valid is one position after each command"
+            )
+        # As a file holds them: 1 and 1.0 would have different checksums.
+        object.__setattr__(self, "dt", float(self.dt))
+        object.__setattr__(self, "seed", int(self.seed))
+        if not 0.0 < self.dt < np.inf:
             raise InvalidInputError(
                 f"demonstration on {self.posture.name!r}: dt is {self.dt}, valid is > 0"
             )
@@ -142,7 +151,7 @@ def load_demonstrations(path: str | Path) -> list[Demonstration]:
     Raises:
         InvalidInputError: The file is missing, damaged, of another kind, or contradicts itself.
     """
-    if not Path(path).is_file():
+    if not is_file(path):
         raise InvalidInputError(f"{path}: no such file; valid is an HDF5 file of demonstrations")
     try:
         with h5py.File(path, "r") as file:

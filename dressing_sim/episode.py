@@ -24,7 +24,7 @@ from dressing_sim.learning import Policy
 from dressing_sim.meter import Meter
 from dressing_sim.operator import Operator
 from dressing_sim.paths import checked_path, policy_path
-from dressing_sim.settings import from_plain, to_plain
+from dressing_sim.settings import check_numbers, from_plain, to_plain
 from dressing_sim.trace import Trace
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
@@ -61,9 +61,8 @@ class EpisodeConfig:
                 f"the control step of {self.tracking.dt} s is not a multiple of the physics step "
                 f"of {self.world.solver.timestep} s"
             )
-        if not self.hold >= 0.0:
-            raise InvalidInputError(f"episode: hold is {self.hold} s, valid is >= 0")
-        if not self.time_limit >= self.tracking.dt:
+        check_numbers(self, "episode", (), ("hold",))
+        if not self.tracking.dt <= self.time_limit < np.inf:
             raise InvalidInputError(
                 f"episode: time_limit is {self.time_limit} s, valid is at least the control step "
                 f"of {self.tracking.dt} s"
@@ -98,6 +97,8 @@ class Recording:
         trajectory: The joint commands, or None if there were none.
         positions: The gripper at the start and after each command, shape (n, 3) [m].
         finished: Whether the commands end before the time limit.
+        broke: Why the simulation could not be trusted beyond the trace's last row, or None; then
+            the outcome is void, unless the robot had stopped before.
     """
 
     outcome: Outcome
@@ -105,6 +106,7 @@ class Recording:
     trajectory: JointTrajectory | None
     positions: NDArray[np.float64]
     finished: bool = False
+    broke: str | None = None
 
 
 class Episode:
@@ -148,6 +150,8 @@ class Episode:
             path_dt: Time between two rows [s].
             observer: Called after every control step.
         """
+        if self.world.void_reason is not None:
+            return self.void(self.world.void_reason)
         beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
         if beyond > 0.0:
             return self._unreachable(beyond)
@@ -166,6 +170,11 @@ class Episode:
             return self._unreachable(error)
         return self.play(trajectory, observer)
 
+    def void(self, reason: str) -> Recording:
+        """What is recorded if the world broke down before the robot moved."""
+        outcome = Outcome(False, void=reason)
+        return Recording(outcome, None, None, self.start[None], broke=reason)
+
     def _unreachable(self, error: float) -> Recording:
         failure = Failure("ik_unreachable", f"the robot stays {error:.3g} m from the path")
         outcome = Outcome(False, (failure,), {"tracking_error": error})
@@ -179,6 +188,9 @@ class Episode:
         velocities = np.diff(commands, axis=0, prepend=commands[:1]) / dt
         references = np.stack([commands, velocities], axis=1)
         finished = len(trajectory.positions) + n_hold <= n_limit + 1
+        # The world tells where the gripper was one physics step ago.
+        held = np.pad(trajectory.targets, ((0, n_hold), (0, 0)), mode="edge")[: len(commands)]
+        targets = held - np.diff(held, axis=0, prepend=held[:1]) / self._substeps
         meter = Meter(self.world, config.thresholds.strain_percentile)
         watch, stopped, void = ProtectiveStop(config.thresholds, dt), False, None
         positions = [self.start]
@@ -191,8 +203,7 @@ class Episode:
             void = self.world.void_reason
             if void is not None:
                 break
-            target = trajectory.targets[min(row, len(trajectory.targets) - 1)]
-            stopped = bool(watch.see(meter.read(target))) or stopped
+            stopped = bool(watch.see(meter.read(targets[row]))) or stopped
             positions.append(self.world.tcp_position)
             if observer is not None:
                 observer(self.world)
@@ -203,7 +214,7 @@ class Episode:
         else:
             trace = meter.trace(dt)
             outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
-        return Recording(outcome, trace, trajectory, np.array(positions), finished)
+        return Recording(outcome, trace, trajectory, np.array(positions), finished, void)
 
 
 #: Seconds between the points of a path whose maker does not say.
@@ -234,6 +245,9 @@ def record(
         InvalidInputError: The path has the wrong shape or is not finite.
     """
     episode = Episode(posture, config)
+    broke = episode.world.void_reason
+    if broke is not None:
+        return episode.void(broke)  # nobody is asked for a path from a place that makes no sense
     if isinstance(source, Operator):
         path = source.path(posture, episode.start, np.random.default_rng(seed))
         return episode.follow(path, source.config.dt, observer)

@@ -28,7 +28,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         )
         os.close(descriptor)
     except OSError as error:
-        raise _unwritable(target, error) from error
+        raise unwritable(target, error) from error
     temporary = Path(name)
     try:
         yield temporary
@@ -39,14 +39,23 @@ def replacing(path: str | Path) -> Iterator[Path]:
         try:
             temporary.replace(target)
         except OSError as error:
-            raise _unwritable(target, error) from error
+            raise unwritable(target, error) from error
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
 
 
-def _unwritable(target: Path, error: OSError) -> InvalidInputError:
+def unwritable(target: Path, error: OSError) -> InvalidInputError:
+    """The error that says that a file cannot be written, and why."""
     return InvalidInputError(f"{target}: cannot be written ({error.strerror or error})")
+
+
+def is_file(path: str | Path) -> bool:
+    """Whether this is a file that can be looked at; no name, however odd, is an error."""
+    try:
+        return Path(path).is_file()
+    except OSError:  # a name too long for a file, for instance, or a folder that is closed to us
+        return False
 
 
 def check_writable(path: str | Path) -> None:
@@ -56,9 +65,12 @@ def check_writable(path: str | Path) -> None:
         InvalidInputError: `path` is a folder, or is in a place that cannot be written to.
     """
     target = Path(path)
-    if target.is_dir():
-        raise InvalidInputError(f"{target}: cannot be written (it is a folder)")
-    existing = next(parent for parent in target.absolute().parents if parent.exists())
+    try:
+        if target.is_dir():
+            raise InvalidInputError(f"{target}: cannot be written (it is a folder)")
+        existing = next(parent for parent in target.absolute().parents if parent.exists())
+    except OSError as error:
+        raise unwritable(target, error) from error
     if not (existing.is_dir() and os.access(existing, os.W_OK)):
         raise InvalidInputError(
             f"{target}: cannot be written ({existing} is not a folder of yours)"
@@ -66,6 +78,13 @@ def check_writable(path: str | Path) -> None:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a text file, all or nothing."""
+    """Write a text file, all or nothing.
+
+    Raises:
+        InvalidInputError: The file cannot be written, or the disk is full.
+    """
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        try:
+            temporary.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise unwritable(Path(path), error) from error

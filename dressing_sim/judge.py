@@ -1,6 +1,6 @@
 """The rules of success: what was measured in an episode becomes an outcome.
 
-Success, after Zhu, Gienger, Kober (2022), Section V: the gripper reaches above and around the
+Success, after Zhu, Gienger, Kober (2022), Section VI: the gripper reaches above and around the
 shoulder, does not hit the mannequin and does not stretch the cloth. Each condition is made
 measurable below; each threshold is one field of `Thresholds`. Everything that went wrong is
 reported, each reason with when and where it first occurred.
@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.settings import check_numbers
 from dressing_sim.trace import Limited, Trace, region
 
 #: Every reason an episode can fail for, in the order in which tables list them.
@@ -57,10 +59,32 @@ class Thresholds:
     grip_force: float = 10.0
     """Largest pull on the cloth [N]: Assistive Gym's preferred limit (Erickson et al. 2020)."""
     link_force: float = 50.0
-    """Largest net force of cloth on one link of the arm [N]: a third of the 140 to 160 N that
-    ISO/TS 15066 allows on hand and arm, quasi-static."""
+    """Largest net force of cloth on one link of the mannequin [N]: a third of the 140 to 160 N
+    that ISO/TS 15066 allows on hand and arm, quasi-static."""
     moment: float = 0.2
     """Strain and force may exceed their thresholds for no longer than this in one go [s]."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            "thresholds",
+            (
+                "gripper_distance",
+                "strain",
+                "strain_percentile",
+                "grip_force",
+                "link_force",
+            ),
+            ("hold_time", "moment"),
+        )
+        if not np.isfinite(self.armscye_s):
+            raise InvalidInputError(
+                f"thresholds: armscye_s is {self.armscye_s}, valid is a finite number"
+            )
+        if self.strain_percentile > 100.0:
+            raise InvalidInputError(
+                f"thresholds: strain_percentile is {self.strain_percentile}, valid is 0 to 100"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,8 +288,8 @@ def _force(trace: Trace, where: str, rules: Thresholds) -> str:
 
 
 def _held(trace: Trace, rules: Thresholds) -> slice:
-    """The rows at the end of a trace in which the sleeve must be on."""
-    return slice(max(0, len(trace) - round(rules.hold_time / trace.dt)), None)
+    """The rows at the end of a trace in which the sleeve must be on, the last one at least."""
+    return slice(max(0, len(trace) - max(1, round(rules.hold_time / trace.dt))), None)
 
 
 def _stuck(trace: Trace) -> Failure:

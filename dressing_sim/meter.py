@@ -60,7 +60,7 @@ class Meter:
                 self._hit_force[touch.link] = touch.force
 
     def read(self, target: NDArray[np.float64]) -> Limited:
-        """Measure now; `target` is where the gripper should be, (3,) [m]."""
+        """Measure now; `target` (3,) is where `World.tcp_position` should be [m]."""
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
         gauge, percentile = self._gauge, self._percentile
         strain, forces = gauge.principal(cloth), world.cloth_load

@@ -7,13 +7,15 @@ draws its own speed, heights, waypoints and tremor, as no two demonstrations of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from dressing_sim.arm import UP, Posture
+from dressing_sim.arm import Posture, up_across
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.settings import check_numbers
 
 Vector = NDArray[np.float64]
 
@@ -63,6 +65,16 @@ class OperatorConfig:
     tremor: float = 0.0003
     """Amplitude of physiological tremor, 6 to 10 Hz [m]."""
 
+    def __post_init__(self) -> None:
+        names = [field.name for field in fields(self)]
+        varied = [name for name in names if name.endswith("variation")] + ["sway", "tremor"]
+        check_numbers(self, "operator", ("dt", "speed"), varied)
+        for name in names:
+            if not np.isfinite(getattr(self, name)):
+                raise InvalidInputError(
+                    f"operator: {name} is {getattr(self, name)}, valid is a finite number"
+                )
+
 
 class Operator:
     """Draws paths for the gripper from full knowledge of the posture.
@@ -104,7 +116,7 @@ class Operator:
         wrist, elbow, shoulder = posture.wrist, posture.elbow, posture.shoulder
         along_forearm = (elbow - wrist) / size.forearm_length
         along_upper = (shoulder - elbow) / size.upper_arm_length
-        over_forearm, over_upper = _across(UP, along_forearm), _across(UP, along_upper)
+        over_forearm, over_upper = up_across(along_forearm), up_across(along_upper)
         # The outside of the bend: where the forearm's line goes on, as seen from the upper arm.
         forward = along_forearm @ along_upper
         outside = along_forearm - forward * along_upper
@@ -154,12 +166,6 @@ class Operator:
         # Fade in and out over half a second: nobody trembles before moving.
         ramp = np.clip(np.minimum(time, time[-1] - time) / 0.5, 0.0, 1.0)
         return shake * ramp[:, None]
-
-
-def _across(direction: Vector, axis: Vector) -> Vector:
-    """Unit vector of the part of a direction that is across an axis."""
-    across = direction - (direction @ axis) * axis
-    return across / np.linalg.norm(across)
 
 
 def _minimum_jerk(x: Vector) -> Vector:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar, get_type_hints
+from math import inf
+from numbers import Integral, Real
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from dressing_sim.errors import InvalidInputError
 
@@ -22,7 +24,7 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
     """The inverse of `to_plain`.
 
     Raises:
-        InvalidInputError: A key that the dataclass has not.
+        InvalidInputError: A key that the dataclass has not, or a value that a setting cannot have.
     """
     hints = get_type_hints(kind)
     if not isinstance(values, Mapping):
@@ -36,10 +38,55 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
             f"{kind.__name__}: unknown setting {', '.join(sorted(unknown))}; "
             f"valid are {', '.join(hints)}"
         )
-    return kind(**{name: _convert(hints[name], value) for name, value in values.items()})
+    return kind(
+        **{
+            name: _convert(hints[name], value, f"{kind.__name__}: {name}")
+            for name, value in values.items()
+        }
+    )
 
 
-def _convert(hint: Any, value: Any) -> Any:
+#: What a value from a file must be for settings of these types, and what that is called.
+_PLAIN: Mapping[Any, tuple[type, str]] = {
+    bool: (bool, "true or false"),
+    int: (Integral, "a whole number"),
+    float: (Real, "a number"),
+    str: (str, "a text"),
+}
+
+
+def _convert(hint: Any, value: Any, name: str) -> Any:
     if is_dataclass(hint) and isinstance(hint, type):
         return from_plain(hint, value)
+    if hint in _PLAIN:
+        kind, called = _PLAIN[hint]
+        # A bool is an integer in Python, but nobody means 1 by true.
+        if not isinstance(value, kind) or isinstance(value, bool) != (hint is bool):
+            raise InvalidInputError(f"{name} is {value!r:.40}, valid is {called}")
+    if get_origin(hint) is tuple:
+        if not isinstance(value, list | tuple):
+            raise InvalidInputError(f"{name} is {value!r:.40}, valid is a list")
+        inside = get_args(hint)[0]
+        return tuple(_convert(inside, one, name) if inside in _PLAIN else one for one in value)
     return tuple(value) if isinstance(value, list) else value
+
+
+def check_numbers(
+    config: Any, kind: str, positive: Sequence[str] = (), not_negative: Sequence[str] = ()
+) -> None:
+    """Refuse a configuration whose numbers cannot be meant.
+
+    Args:
+        config: The configuration.
+        kind: What it is called in the message.
+        positive: Names of settings that must be finite and above zero.
+        not_negative: Names of settings that must be finite, and zero or more.
+
+    Raises:
+        InvalidInputError: One is not.
+    """
+    for name in (*positive, *not_negative):
+        value = getattr(config, name)
+        lowest = "> 0" if name in positive else ">= 0"
+        if not 0.0 <= value < inf or (value == 0.0 and name in positive):  # NaN fails too
+            raise InvalidInputError(f"{kind}: {name} is {value}, valid is {lowest}")

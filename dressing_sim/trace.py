@@ -48,12 +48,13 @@ class Trace:
         dt: Time between two rows [s].
         links: Names of the mannequin's links, n_links.
         robot_links: Names of the robot's links.
-        tcp: Gripper, shape (n, 3), in the robot's base frame [m].
+        tcp: Gripper, shape (n, 3), in the robot's base frame [m]; as all that is read off places
+            in the world, of one physics step before the joints' row.
         clearance: Distance from the gripper to the arm's surface, shape (n,) [m].
-        tracking_error: Distance between gripper and target, shape (n,) [m].
+        tracking_error: Distance between gripper and target at that time, shape (n,) [m].
         joint_position: Of the arm, shape (n, 7) [rad].
         joint_velocity: Of the arm, shape (n, 7) [rad/s].
-        torque: Servo torques, shape (n, 7) [N m].
+        torque: Of the arm's joints, gravity compensation included, shape (n, 7) [N m].
         limit_ratio: How near the arm's joints came to the limits of position, speed and torque, in
             any physics step since the row before, shape (n, 3); 1 at the limit, and for positions
             0 in the middle of the range.

@@ -44,7 +44,8 @@ def vary(
     """Draw the factors asked for; the others stay as they are.
 
     ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and ``arm`` are one of
-    `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform in a cube.
+    `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform in a cube. A garment
+    brings its own fabric, with its friction, unless these are drawn too.
 
     Args:
         posture: The arm to dress.

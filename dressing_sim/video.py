@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import replacing
-from dressing_sim.world.rendering import OffscreenRenderer
+from dressing_sim.world.rendering import OffscreenRenderer, check_size
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.simulation import World
 
@@ -66,17 +66,21 @@ class Film:
 
         Raises:
             DressingSimError: No OpenGL works here.
-            InvalidInputError: The suffix is not one of `FORMATS`, or there is no picture.
+            InvalidInputError: No film of this format and size can be made, or the robot never
+                moved.
         """
-        check_format(path)
+        check_format(path, width, height)
         if not self._states:
-            raise InvalidInputError(f"video {path}: there is no picture to write")
+            raise InvalidInputError(f"video {path}: the robot never moved, so there is no film")
         with (
             OffscreenRenderer(posture, config, width, height) as renderer,
             replacing(path) as temporary,
         ):
             options = (
-                {"duration": 1000 / self.fps, "loop": 0} if _is_gif(path) else {"fps": self.fps}
+                {"duration": 1000 / self.fps, "loop": 0}
+                if _is_gif(path)
+                # Else imageio would resize pictures to sides that 16 divides.
+                else {"fps": self.fps, "macro_block_size": 2}
             )
             writer: Any = imageio.get_writer(temporary, **options)
             with writer:
@@ -84,11 +88,16 @@ class Film:
                     writer.append_data(renderer.draw(state, camera))
 
 
-def check_format(path: str | Path) -> None:
-    """Raise InvalidInputError unless a film can be written to a file of this name."""
+def check_format(path: str | Path, width: int, height: int) -> None:
+    """Raise InvalidInputError unless a film of this size can be written to a file of this name."""
     if Path(path).suffix.lower() not in FORMATS:
         raise InvalidInputError(
             f"video {path}: unknown format {Path(path).suffix!r}, valid is {', '.join(FORMATS)}"
+        )
+    check_size(width, height)
+    if not _is_gif(path) and (width % 2 or height % 2):
+        raise InvalidInputError(
+            f"video {path}: {width} x {height} pixels, valid for MP4 are even numbers"
         )
 
 

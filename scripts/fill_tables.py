@@ -8,6 +8,7 @@ the ``summary.json`` of runs whose commands stand beside the tables.
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import sys
@@ -105,6 +106,9 @@ def fill(text: str) -> str:
 
 def main() -> None:
     """Fill all pages, or with --check say which are not as they should be."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="change nothing")
+    check = parser.parse_args().check
     stale = []
     for page in PAGES:
         path = ROOT / page
@@ -112,9 +116,9 @@ def main() -> None:
         filled = fill(text)
         if filled != text:
             stale.append(page)
-            if "--check" not in sys.argv:
+            if not check:
                 write_text(path, filled)
-    if stale and "--check" in sys.argv:
+    if stale and check:
         sys.exit(f"the tables differ from docs/results in: {', '.join(stale)}")
 
 

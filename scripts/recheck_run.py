@@ -18,9 +18,10 @@ from dressing_sim.benchmark.replay import learned_source
 from dressing_sim.benchmark.report.text import verdict
 from dressing_sim.benchmark.runner import dress_job
 from dressing_sim.benchmark.store import EpisodeResult, load_run
-from dressing_sim.benchmark.validation import FINEST, settings
+from dressing_sim.benchmark.validation import FINEST, agreement, settings
 from dressing_sim.commands.options import processors
 from dressing_sim.episode import EpisodeConfig
+from dressing_sim.errors import InvalidInputError
 
 
 def again(folder: Path, index: int, config: EpisodeConfig) -> EpisodeResult:
@@ -38,22 +39,27 @@ def main() -> None:
     parser.add_argument("--setting", default=FINEST, choices=[s.name for s in settings()])
     parser.add_argument("--seed", type=int, default=0, help="which episodes are drawn")
     chosen = parser.parse_args()
-    run = load_run(chosen.run)
+    try:
+        run = load_run(chosen.run)
+    except InvalidInputError as error:
+        parser.error(str(error))
     recorded = {result.index: result.outcome for result in run.results}
     drawn = np.random.default_rng(chosen.seed).permutation(sorted(recorded))[: chosen.episodes]
     config = next(s.config for s in settings(run.plan.config) if s.name == chosen.setting)
-    same, dressed = 0, [0, 0]
+    same, dressed, void = 0, [0, 0], 0
     with Processes(processors()) as workers:
         calls = [(int(index), (chosen.run, int(index), config)) for index in drawn]
         for index, future in completed(workers, again, calls):
             here, there = recorded[index], future.result().outcome
             dressed = [dressed[0] + here.success, dressed[1] + there.success]
-            same += here.success == there.success
-            if here.success != there.success:
+            void += there.void is not None
+            agree = agreement(here, there)
+            same += agree
+            if not agree:
                 print(f"episode {index}: {verdict(here)}, {chosen.setting}: {verdict(there)}")
     print(
         f"of {len(drawn)} verdicts {same} are the same; {dressed[0]} dressed in the run, "
-        f"{dressed[1]} with setting {chosen.setting!r}"
+        f"{dressed[1]} with setting {chosen.setting!r}, {void} void"
     )
 
 

@@ -79,6 +79,20 @@ def test_rows_under_variation_are_compared_among_themselves_and_with_the_nominal
     }
 
 
+def test_a_policy_of_another_s_is_compared_with_the_initial_one_on_the_same_demonstrations():
+    names = ("tp-gmm", "my:Mine", "tp-gmm-rf")
+    entries = [Entry(name, shown) for name in names for shown in ("case_a", "baseline7")]
+    found = comparisons([e for entry in entries for e in episodes(entry, [1, 0])], rng())
+    pairs = [
+        (p["kind"], p["a"]["policy"], p["b"]["policy"], p["a"]["demonstrations"]) for p in found
+    ]
+    for shown in ("case_a", "baseline7"):
+        assert pairs.count(("policy", "my:Mine", "tp-gmm", shown)) == 1
+        assert pairs.count(("augmentation", "tp-gmm-rf", "tp-gmm", shown)) == 1
+    kinds = [kind for kind, *_ in pairs]
+    assert kinds == sorted(kinds, key=["augmentation", "policy", "baseline"].index)
+
+
 def test_policies_with_other_settings_are_compared_among_themselves():
     rf, initial = Entry("tp-gmm-rf?end_radius=0", "case_a"), Entry("tp-gmm?end_radius=0", "case_a")
     assert pairs([rf, initial]) == {("augmentation", rf, initial)}

@@ -159,7 +159,7 @@ def test_the_table_has_every_row_with_the_numbers_of_the_summary(full):
 def test_intervals_are_drawn_where_the_summary_has_them(full):
     html, _, summary = full
     for row in summary["rows"]:
-        low, high = row["pc_success_ci95"]
+        low, high = row.get("pc_success_ci95_sets", row["pc_success_ci95"])
         assert f'x="{low:.2f}%" width="{high - low:.2f}%" y="7"' in html
         assert f'class="median" x1="{row["pc_success"]:.2f}%"' in html
     assert html.count('class="printed"') == len(PAPER_TABLE)

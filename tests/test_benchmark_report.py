@@ -19,13 +19,13 @@ from fake_results import (
 )
 
 from dressing_sim.benchmark.claims import judge_claims
-from dressing_sim.benchmark.comparisons import comparisons
+from dressing_sim.benchmark.comparisons import comparisons, rows_by_entry
 from dressing_sim.benchmark.paper_table import next_to_paper
 from dressing_sim.benchmark.protocol import PROTOCOLS, Entry, Protocol
 from dressing_sim.benchmark.report import markdown_table, summarise, table, write_report
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.report.text import headline
-from dressing_sim.benchmark.statistics import wilson_interval
+from dressing_sim.benchmark.statistics import rate_interval_over_sets, wilson_interval
 from dressing_sim.demonstration import versions
 from dressing_sim.errors import InvalidInputError
 
@@ -96,6 +96,28 @@ def test_a_row_that_learned_has_a_rate_for_each_set_and_they_add_up(full):
         assert row["sets"][3]["n_success"] == sum(outcome.success for outcome in third)
 
 
+def test_a_row_that_learned_from_several_sets_has_an_interval_for_others_too(full):
+    results, summary = full
+    measured = rows_by_entry(results)
+    heading, *lines = table(summary)
+    place = heading.index("over sets")
+    for row, line, entry in zip(summary["rows"], lines, FULL.entries, strict=True):
+        expected = rate_interval_over_sets(measured[entry], np.random.default_rng(0))
+        if entry.demonstrations is None:
+            assert "pc_success_ci95_sets" not in row
+            assert line[place] == "-"
+        else:
+            low, high = 100.0 * np.array(expected)
+            assert row["pc_success_ci95_sets"] == pytest.approx([low, high])
+            assert line[place] == f"{low:.0f} - {high:.0f} %"
+
+
+def test_the_headline_of_a_run_under_variation_alone_is_of_its_rows():
+    protocol = Protocol("p", "s", (Entry("tp-gmm", "case_a", ("friction",)),))
+    text = headline(protocol, summarise(protocol, results_of(protocol, [[SUCCESS, HIT]]), {}))
+    assert "1 of 2 arms" in text
+
+
 def test_one_set_is_not_told_apart(summary):
     assert all("sets" not in row for row in summary["rows"])
 
@@ -110,9 +132,23 @@ def test_rows_of_one_policy_under_different_variation_are_kept_apart():
 
 def test_comparisons_and_claims_are_part_of_a_summary(full):
     results, summary = full
-    rng = np.random.default_rng(0)
-    assert summary["comparisons"] == comparisons(results, rng)
-    assert summary["claims"] == [claim.to_dict() for claim in judge_claims(results, rng)]
+    again = comparisons(results, np.random.default_rng(0))
+    assert summary["comparisons"] == again
+    claims = judge_claims(results, np.random.default_rng(0))
+    assert summary["claims"] == [claim.to_dict() for claim in claims]
+    # The same comparison reads the same in both.
+    intervals = {
+        (*(pair[side][key] for side in "ab" for key in ("policy", "demonstrations")),): pair
+        for pair in again
+    }
+    found = 0
+    for claim in summary["claims"]:
+        rows = claim["numbers"].get("rows", ())
+        key = tuple(row[key] for row in rows for key in ("policy", "demonstrations"))
+        if key in intervals and "n_candidates" not in claim["numbers"]:
+            found += 1
+            assert claim["numbers"]["pc_difference_ci95"] == intervals[key]["pc_difference_ci95"]
+    assert found > 5
     assert summary["comparisons"]
     assert summary["claims"]
 

@@ -85,6 +85,17 @@ def judged(trace, strain=None, outcome=None, finished=True):
     }
 
 
+def test_a_dressing_that_would_have_gone_on_into_a_breakdown_is_void():
+    """Nobody knows how it would have ended; one that every variant stops before is judged."""
+    strain = {variant.strain_percentile: None for *_, variant in variants(RULES)}
+    pulled = changed("grip_force", LONG, 1.15 * RULES.grip_force)
+    torn = changed("grip_force", slice(100, 100 + 2 * MOMENT), 2.0 * RULES.grip_force)
+    for trace, void in ((good(), True), (pulled, True), (torn, False)):
+        recording = Recording(Outcome(True), trace, None, np.zeros((1, 3)), True, "BADQVEL")
+        known = dict.fromkeys(strain, trace.strain)
+        assert (verdicts(recording, SHOULDER, RULES, known) is None) == void
+
+
 LONG = slice(100, 100 + MOMENT + 1)
 LATE = ROWS - round(1.05 * RULES.hold_time / DT)
 

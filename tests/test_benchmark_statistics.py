@@ -11,6 +11,7 @@ from dressing_sim.benchmark.statistics import (
     compare,
     contrast,
     mcnemar_p,
+    rate_interval_over_sets,
     wilson_interval,
 )
 
@@ -257,3 +258,24 @@ def test_a_paired_result_cannot_be_changed():
     paired = Paired(1, 2, 3, 4, 0, (-0.5, 0.5))
     with pytest.raises(AttributeError):
         paired.both = 2
+
+
+def rows_of_sets(*successes, n=40):
+    """A row with so many successes among the n episodes of each set."""
+    return {
+        (number, f"arm{i}"): i < many for number, many in enumerate(successes) for i in range(n)
+    }
+
+
+def test_one_set_says_nothing_of_others():
+    assert rate_interval_over_sets(rows_of_sets(30), np.random.default_rng(0)) is None
+    assert rate_interval_over_sets({}, np.random.default_rng(0)) is None
+
+
+def test_sets_alike_give_about_wilson_s_interval_and_sets_that_differ_a_wider_one():
+    alike = rate_interval_over_sets(rows_of_sets(30, 30, 30, 30, 30), np.random.default_rng(0))
+    wilson = wilson_interval(150, 200)
+    np.testing.assert_allclose(alike, wilson, atol=0.02)
+    apart = rate_interval_over_sets(rows_of_sets(40, 40, 30, 20, 20), np.random.default_rng(0))
+    assert apart[1] - apart[0] > 1.8 * (wilson[1] - wilson[0])
+    assert apart[0] < 0.75 < apart[1]

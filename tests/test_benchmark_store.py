@@ -230,13 +230,25 @@ def test_other_versions_are_refused(plan, folder):
         pass
 
 
+def test_a_run_stays_locked_while_its_report_is_made(plan, folder):
+    with open_run(folder, plan) as run:
+        run.sort()  # this replaces the file of its episodes
+        with (
+            pytest.raises(InvalidInputError, match="another process"),
+            open_run(folder, plan, resume=True),
+        ):
+            pass
+    with open_run(folder, plan, resume=True):
+        pass
+
+
 def test_two_processes_cannot_write_to_one_run(plan, folder, tmp_path):
     code = (
-        "import fcntl, sys; file = open(sys.argv[1], 'a');"
+        "import fcntl, os, sys; file = os.open(sys.argv[1], os.O_RDONLY);"
         "fcntl.flock(file, fcntl.LOCK_EX); print(flush=True); sys.stdin.read()"
     )
     fill(folder, plan, [])
-    command = [sys.executable, "-c", code, str(folder / "episodes.jsonl")]
+    command = [sys.executable, "-c", code, str(folder)]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe) as other:
         other.stdout.readline()

@@ -79,6 +79,18 @@ def test_a_recorded_demonstration_comes_back_to_the_bit(demonstration, tmp_path)
     assert demonstration.versions["mujoco"]
 
 
+@pytest.mark.parametrize(
+    "change",
+    [{"dt": 1}, {"dt": np.float32(0.5)}, {"seed": np.int64(3)}, {"positions": [[0, 0, 0]] * 5}],
+)
+def test_numbers_of_any_kind_come_back(change, tmp_path):
+    made = made_up(1)
+    short = {"positions": made.positions[:5], "commands": made.commands[:5]}
+    demonstration = replace(made, **{**short, **change})
+    save_demonstrations(tmp_path / "some.h5", [demonstration])
+    assert_same(demonstration, load_demonstrations(tmp_path / "some.h5")[0])
+
+
 def test_other_programs_find_positions_and_joints_in_the_file(saved):
     expected = made_up(1)
     with h5py.File(saved) as file:
@@ -98,6 +110,8 @@ def test_other_programs_find_positions_and_joints_in_the_file(saved):
         ({"commands": np.full((5, 7), np.inf)}, "not finite"),
         ({"dt": 0.0}, "dt is 0.0"),
         ({"dt": float("nan")}, "dt is nan"),
+        ({"dt": float("inf")}, "dt is inf"),
+        ({"positions": np.zeros((6, 3)), "commands": np.zeros((5, 7))}, "6 positions with 5"),
     ],
 )
 def test_a_demonstration_that_cannot_be_one_is_an_error(change, part):

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -169,6 +170,33 @@ def test_a_path_that_takes_too_long_is_a_timeout(posture):
     assert "timeout" in recording.outcome.reasons
     assert recording.outcome.figures["duration"] == pytest.approx(BRIEF.time_limit)
     assert len(recording.positions) == round(BRIEF.time_limit / BRIEF.tracking.dt) + 1
+
+
+def test_a_world_that_breaks_down_before_the_robot_moves_is_void(posture, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves its log of warnings in the current folder
+    far = np.full((2, 3), 100.0)
+
+    def asked(*_):
+        raise AssertionError("a policy was asked for a path from nowhere")
+
+    real = World.step
+    monkeypatch.setattr(World, "step", lambda world: (spoil(world), real(world)))
+    config = replace(BRIEF, world=replace(BRIEF.world, settle_time=0.123))  # a world of its own
+
+    def spoil(world):
+        world.data.qvel[-1] = np.nan
+
+    for source in (short_path(posture), far, SimpleNamespace(fit=asked, generate=asked, dt=0.1)):
+        recording = record(source, posture, 0, config)
+        assert recording.outcome.void is not None
+        assert recording.outcome.reasons == ()
+        assert recording.broke == recording.outcome.void
+
+
+def test_the_gripper_is_compared_with_where_it_should_be_at_that_time(demonstration):
+    """A physics step of 10 ms at the gripper's speed would be a millimetre."""
+    error = replay(demonstration).trace.tracking_error
+    assert error.max() < 5e-4
 
 
 @pytest.mark.parametrize("quantity", ["qpos", "qvel"])

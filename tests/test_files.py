@@ -1,10 +1,12 @@
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import replacing, write_text
+from dressing_sim.files import check_writable, is_file, replacing, write_text
 
 
 def test_a_file_is_written_with_its_folders(tmp_path):
@@ -55,3 +57,28 @@ def test_a_place_that_cannot_be_written_is_an_error_that_names_it(tmp_path):
         with pytest.raises(InvalidInputError, match=str(target)):
             write_text(target, "text")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + "/file"])
+def test_a_name_that_no_file_can_have_is_an_error_and_not_a_file(tmp_path, name):
+    with pytest.raises(InvalidInputError, match="cannot be written"):
+        check_writable(tmp_path / name)
+    assert not is_file(tmp_path / name)
+
+
+def test_a_full_disk_is_an_error_that_names_the_file_and_leaves_the_old_one(tmp_path):
+    code = (
+        "import resource, signal, sys; from dressing_sim.files import write_text;"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000));"
+        "write_text(sys.argv[1], 'x' * 100000)"
+    )
+    path = tmp_path / "some.txt"
+    path.write_text("old")
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=False
+    )
+    assert "InvalidInputError" in done.stderr
+    assert "some.txt: cannot be written" in done.stderr
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]

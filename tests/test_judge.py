@@ -153,6 +153,14 @@ def test_the_end_must_be_held(reason):
     assert verdict(changed(name, ROWS - HELD - 1, value)).success
 
 
+@pytest.mark.parametrize("hold_time", [0.0, 0.4 * DT])
+def test_the_last_row_is_held_whatever_the_hold_time(hold_time):
+    name, _, value = SPOILT["stopped_short"]
+    rules = replace(RULES, hold_time=hold_time)
+    spoilt = changed(name, -1, value)
+    assert judge(spoilt, SHOULDER, True, rules).reasons == ("stopped_short",)
+
+
 @pytest.mark.parametrize(
     ("name", "limit", "reason"),
     [

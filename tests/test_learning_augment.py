@@ -10,7 +10,8 @@ from learning_tasks import (
 )
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import METHODS, TimeTPGMM, TrajectoryTPGMM, augment
+from dressing_sim.learning import METHODS, Frame, TimeTPGMM, TrajectoryTPGMM, augment
+from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.planar.files import load
 from dressing_sim.planar.study import StudySettings, run_study
 
@@ -170,3 +171,27 @@ def test_the_papers_planar_runs(method, best, mean, sd):
     assert costs.min() == pytest.approx(best, rel=0.015)
     assert costs.mean() == pytest.approx(mean, rel=0.015)
     assert costs.std(ddof=1) == pytest.approx(sd, rel=0.9)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("snr_db", np.nan),
+        ("snr_db", np.inf),
+        ("max_demonstrations", np.nan),
+        ("max_iterations", -1),
+    ],
+)
+def test_a_setting_out_of_range_is_an_error_that_names_it(name, value):
+    with pytest.raises(InvalidInputError, match=name):
+        run("noise", **{name: value})
+
+
+def test_noise_needs_no_situations():
+    """In one dimension there are no rotations to draw."""
+    line = np.linspace(0.0, 1.0, 40)[:, None] ** 1.5
+    frames = Frame(np.eye(1), [0.0]), Frame(np.eye(1), [1.0])
+    experts = [SyntheticDemonstration(scale * line, 0.1, frames) for scale in (1.0, 1.1)]
+    result = augment(experts, rng=np.random.default_rng(0), method="noise", max_iterations=3)
+    assert len(result.history) > 0
+    assert all(candidate.fault is None for candidate in result.history)

@@ -3,7 +3,7 @@ import pytest
 from learning_tasks import reaching_demonstrations, reaching_situation
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import BoundsSampler, Policy, TrajectoryTPGMM, augment
+from dressing_sim.learning import BoundsSampler, Policy, TimeTPGMM, TrajectoryTPGMM, augment
 from dressing_sim.learning.augmented import AugmentedTPGMM
 from dressing_sim.learning.storage import Storable
 
@@ -107,3 +107,15 @@ def test_bounds_around_the_demonstrations_are_the_default(experts):
     for frame, other in zip(drawn, expected, strict=True):
         np.testing.assert_array_equal(frame.A, other.A)
         np.testing.assert_array_equal(frame.b, other.b)
+
+
+def test_every_fit_starts_from_the_policy_that_was_given(experts, situation):
+    policy = TrajectoryTPGMM(initialisation="k-means", rng=np.random.default_rng(4))
+    augmented = AugmentedTPGMM("rf", policy=policy, max_iterations=5)
+    once = augmented.fit(experts).generate(situation, START)
+    np.testing.assert_array_equal(augmented.fit(experts).generate(situation, START), once)
+
+
+def test_a_policy_of_another_kind_is_an_error_at_once():
+    with pytest.raises(InvalidInputError, match="TimeTPGMM, valid is a TrajectoryTPGMM"):
+        AugmentedTPGMM(policy=TimeTPGMM(4))

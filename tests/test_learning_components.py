@@ -75,3 +75,8 @@ def test_numbers_that_cannot_be_fitted_are_left_out():
         choose_by_bic(TPGMM(1, encoding="time"), demonstrations, [500])
     with pytest.raises(InvalidInputError, match="concentration"):
         choose_by_dirichlet_process(TPGMM(1), demonstrations, concentration=0.0)
+
+
+def test_a_candidate_below_one_is_an_error():
+    with pytest.raises(InvalidInputError, match="a candidate is 0"):
+        choose_by_bic(TPGMM(2), reaching_demonstrations(2), range(3))

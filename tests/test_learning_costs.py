@@ -25,3 +25,11 @@ def test_paths_that_do_not_match_are_errors():
             cost([], [])
         with pytest.raises(InvalidInputError, match="one reproduction"):
             cost([np.zeros((2, 2))] * 2, [np.zeros((2, 2))])
+
+
+def test_stacked_paths_and_lists_are_paths_and_nan_is_an_error():
+    a, b = np.random.default_rng(0).random((2, 4, 6, 3))
+    for cost in (rms_cost, dtw_cost):
+        assert cost(a, b) == cost(list(a), list(b)) == cost(a.tolist(), b.tolist())
+        with pytest.raises(InvalidInputError, match="finite"):
+            cost([a[0], np.full((6, 3), np.nan)], list(b[:2]))

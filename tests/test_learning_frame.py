@@ -72,3 +72,17 @@ def test_stacking_needs_frames_of_one_dimension():
         stack_frames([Frame(np.eye(2), np.zeros(2)), Frame(np.eye(3), np.zeros(3))])
     with pytest.raises(InvalidInputError, match="at least one"):
         stack_frames([])
+
+
+@pytest.mark.parametrize("shape", [(3, 2), (4, 1), ()])
+def test_arrays_of_another_dimension_are_errors(shape):
+    frame = Frame(np.eye(3), np.zeros(3))
+    for change in ("to_world", "to_local", "displacements_to_world", "displacements_to_local"):
+        with pytest.raises(InvalidInputError, match="valid is"):
+            getattr(frame, change)(np.zeros(shape))
+
+
+def test_equal_frames_have_the_same_hash():
+    one, other = Frame(np.eye(2), [0.0, 1.0]), Frame(np.eye(2), [-0.0, 1.0])
+    assert one == other
+    assert hash(one) == hash(other)

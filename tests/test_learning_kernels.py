@@ -3,6 +3,7 @@ import pytest
 
 from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import cholesky, invert_definite, invert_lower
+from dressing_sim.learning.kernels.regression import regress
 
 
 def test_the_exponential_is_exact_to_rounding():
@@ -38,3 +39,20 @@ def test_factors_and_inverses(size):
 def test_a_matrix_that_is_not_definite_is_told(matrix):
     assert not cholesky(matrix.astype(float), np.empty((2, 2)))
     assert np.isnan(invert_definite(matrix.astype(float), np.empty((2, 2))))
+
+
+def test_a_frame_without_a_definite_covariance_gives_nan_and_not_what_memory_held():
+    definite, singular = np.eye(2), np.array([[1.0, 1.0], [1.0, 1.0]])
+    means, covariances = regress(
+        np.zeros((3, 2)),
+        np.zeros((2, 1)),
+        np.zeros((2, 1, 2)),
+        np.broadcast_to(np.eye(2), (2, 1, 2, 2)).copy(),
+        np.ones((2, 1, 2)),
+        np.zeros((2, 1, 2, 2)),
+        np.stack([definite, singular])[:, None],
+        np.zeros((2, 2, 2)),
+        False,
+    )
+    assert np.isnan(means).all()
+    assert np.isnan(covariances).all()

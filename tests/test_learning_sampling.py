@@ -32,6 +32,12 @@ def test_angles_are_read_back(alpha, beta, gamma):
     np.testing.assert_allclose(euler_angles(rotation(alpha)), [alpha], atol=1e-12)
 
 
+@given(st.floats(-3.1, 3.1), st.sampled_from([-0.5 * np.pi, 0.5 * np.pi]), st.floats(-3.1, 3.1))
+def test_where_only_a_sum_of_angles_counts_they_are_still_those_of_the_rotation(alpha, beta, gamma):
+    turned = rotation([alpha, beta, gamma])
+    np.testing.assert_allclose(rotation(euler_angles(turned)), turned, atol=1e-9)
+
+
 def test_samples_fill_their_bounds_and_stay_inside():
     base = 0.5 * np.diag([-1.0, 1.0])
     bounds = FrameBounds(base, ([0.2], [1.0]), ([-1, 0], [1, 3]))

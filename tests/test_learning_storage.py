@@ -111,3 +111,12 @@ def test_what_is_not_fitted_or_not_ours_cannot_be_saved(tmp_path):
         save_model(TrajectoryTPGMM(), tmp_path / "x.npz")
     with pytest.raises(InvalidInputError, match="cannot save"):
         save_model(object(), tmp_path / "x.npz")
+
+
+def test_settings_may_be_numbers_of_numpy(tmp_path):
+    policy = TrajectoryTPGMM(np.int64(4), samples=np.int64(90), end_radius=np.float32(0.2))
+    path = save_model(policy.fit(DEMONSTRATIONS), tmp_path / "policy.npz")
+    start = SITUATION[0].b
+    np.testing.assert_array_equal(
+        load_model(path).generate(SITUATION, start), policy.generate(SITUATION, start)
+    )

@@ -239,3 +239,12 @@ def test_components_that_split_by_demonstration_do_no_harm_in_the_default_order(
         for goal, bend in (([0.5, 0.3, 0.2], 1.5), ([0.3, -0.3, 0.4], 3))
     ]
     assert TrajectoryTPGMM().fit(demonstrations).cost(demonstrations) < 0.01
+
+
+@pytest.mark.parametrize(
+    "name", ["samples", "end_radius", "rest_speed", "rest_count", "step_limit"]
+)
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])
+def test_settings_that_no_policy_can_have_are_errors(name, value):
+    with pytest.raises(InvalidInputError, match=name):
+        TrajectoryTPGMM(**{name: value})

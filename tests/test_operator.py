@@ -92,3 +92,21 @@ def test_the_elbow_is_passed_on_its_outside():
 @pytest.mark.parametrize("elbow", [0.0, 1e-6, 150.0])
 def test_a_straight_and_a_folded_arm_have_a_path_too(elbow):
     assert np.isfinite(path(Posture("extreme", 80, 20, 40, elbow))).all()
+
+
+@pytest.mark.parametrize(
+    "angles",
+    [
+        (0, 0, 0, 0),
+        (30, 0, 0, 150),
+        (90, 0, 0, 90),
+        (45, 0, 0, 135),
+        (60, 0, 0, 120),
+        (0, 0, 0, 90),
+    ],
+)
+def test_a_vertical_forearm_or_upper_arm_has_a_path_that_rounding_does_not_turn(angles):
+    points = path(Posture("vertical", *angles), config=steady())
+    nudged = path(Posture("nudged", *angles[:3], abs(angles[3] - 1e-10)), config=steady())
+    assert np.isfinite(points).all()
+    np.testing.assert_allclose(nudged, points, atol=1e-6)

@@ -1,12 +1,17 @@
 import json
 from dataclasses import dataclass, field
+from math import inf, nan
 
 import pytest
 
+from dressing_sim.control import TrackingConfig
 from dressing_sim.episode import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.judge import Thresholds
 from dressing_sim.operator import OperatorConfig
 from dressing_sim.settings import from_plain, to_plain
+from dressing_sim.world.panda import ServoConfig
+from dressing_sim.world.scene import SolverConfig
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,51 @@ def test_an_unknown_setting_is_an_error_that_names_it_and_the_valid_ones(values,
     with pytest.raises(InvalidInputError) as caught:
         from_plain(Outer, values)
     assert all(part in str(caught.value) for part in parts)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "told"),
+    [
+        (Outer, {"name": 3}, "Outer: name is 3, valid is a text"),
+        (Outer, {"inner": {"size": "3"}}, "Inner: size is '3', valid is a number"),
+        (Outer, {"inner": {"size": True}}, "Inner: size is True, valid is a number"),
+        (Outer, {"inner": {"numbers": 3.0}}, "Inner: numbers is 3.0, valid is a list"),
+        (Outer, {"inner": {"numbers": [1.0, "x"]}}, "Inner: numbers is 'x', valid is a number"),
+        (EpisodeConfig, {"protective_stop": "no"}, "protective_stop is 'no', valid is true or f"),
+        (EpisodeConfig, {"protective_stop": 1}, "protective_stop is 1, valid is true or false"),
+        (SolverConfig, {"iterations": 1.5}, "iterations is 1.5, valid is a whole number"),
+    ],
+)
+def test_a_value_of_another_kind_is_an_error_that_names_the_setting(kind, values, told):
+    with pytest.raises(InvalidInputError) as caught:
+        from_plain(kind, values)
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        *((TrackingConfig, "max_speed", value) for value in (0.0, -0.25, inf, nan)),
+        (TrackingConfig, "smoothing", -1.0),
+        (TrackingConfig, "max_error", nan),
+        (OperatorConfig, "speed", -0.1),
+        (OperatorConfig, "tremor", nan),
+        (OperatorConfig, "height_variation", -0.1),
+        (OperatorConfig, "overshoot", inf),
+        (ServoConfig, "stiffness", (4500.0,) * 6),
+        (ServoConfig, "damping", (1.0,) * 6 + (0.0,)),
+        (ServoConfig, "finger_force", -1.0),
+        (Thresholds, "strain", nan),
+        (Thresholds, "strain_percentile", 950.0),
+        (Thresholds, "moment", -1.0),
+        (Thresholds, "hold_time", nan),
+        (EpisodeConfig, "hold", inf),
+        (EpisodeConfig, "time_limit", inf),
+    ],
+)
+def test_a_number_that_cannot_be_meant_is_an_error_that_names_it(kind, name, value):
+    with pytest.raises(InvalidInputError, match=f"{name} is .*, valid is"):
+        kind(**{name: value})
 
 
 @pytest.mark.parametrize("values", [5, {"inner": 5}])

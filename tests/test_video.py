@@ -56,7 +56,7 @@ def test_a_film_can_be_played(opengl, film, posture, tmp_path, suffix):
 @pytest.mark.parametrize("name", ["film.avi", "film", "film.mp4.txt", ".mp4"])
 def test_an_unknown_format_is_an_error_that_says_which_are_valid(name, posture, tmp_path):
     with pytest.raises(InvalidInputError, match=r"valid is \.mp4, \.gif"):
-        check_format(name)
+        check_format(name, 640, 480)
     with pytest.raises(InvalidInputError):
         Film().write(tmp_path / name, posture, WorldConfig())
     assert list(tmp_path.iterdir()) == []
@@ -64,7 +64,22 @@ def test_an_unknown_format_is_an_error_that_says_which_are_valid(name, posture, 
 
 @pytest.mark.parametrize("name", ["film.mp4", "FILM.MP4", "a.b.gif"])
 def test_a_known_format_is_none(name):
-    check_format(name)
+    check_format(name, 640, 480)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("a.mp4", (641, 480)), ("a.mp4", (640, 0)), ("a.gif", (640, 100000))]
+)
+def test_a_size_that_no_film_can_have_is_an_error(name, size):
+    with pytest.raises(InvalidInputError, match=f"{size[0]} x {size[1]} pixels"):
+        check_format(name, *size)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_film_is_as_large_as_asked_for(opengl, film, posture, tmp_path, suffix):
+    path = tmp_path / f"film{suffix}"
+    film.write(path, posture, WorldConfig(), width=100, height=90)
+    assert {np.asarray(picture).shape[:2] for picture in imageio.get_reader(path)} == {(90, 100)}
 
 
 def test_a_film_without_a_picture_is_not_written(opengl, posture, tmp_path):

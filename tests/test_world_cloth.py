@@ -91,8 +91,8 @@ def test_a_pulled_strip_gets_narrower_as_poissons_ratio_says(kind):
 # Bending
 #
 # Strips a hundred times and more as rigid as the fabric, so that they bend little under their
-# weight. An episode's 50 iterations are the most for the linear system of a step, too. Where that
-# is not enough for strips as rigid and as fine, MuJoCo warns of it, and the tests allow more.
+# weight. The solver's iterations are the most for the linear system of a step, too, so tests say
+# how many their strips need.
 
 
 def bulk_bending_energy(curvature, kind, cell=0.01):

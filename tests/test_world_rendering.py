@@ -64,7 +64,8 @@ def test_drawing_does_not_change_the_physics(renderer, world, posture):
         if step % 5 == 0:
             renderer.draw(world.data.qpos)
     assert world.data.qpos.tobytes() == unseen.data.qpos.tobytes()
-    assert world.data.sensordata.tobytes() == unseen.data.sensordata.tobytes()
+    assert world.data.qvel.tobytes() == unseen.data.qvel.tobytes()
+    assert world.data.efc_force.tobytes() == unseen.data.efc_force.tobytes()
 
 
 def test_the_backend_that_is_used_works(opengl):
@@ -106,6 +107,13 @@ def test_without_any_opengl_the_error_says_what_to_install(monkeypatch):
     assert str(caught.value) == INSTALL_HINT
     assert "apt install" in INSTALL_HINT
     assert "\n" not in INSTALL_HINT
+
+
+def test_a_backend_that_was_asked_for_is_named_when_it_does_not_work(monkeypatch):
+    monkeypatch.setattr(rendering, "probe", lambda name: "no such library")
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    with pytest.raises(DressingSimError, match=r"MUJOCO_GL=osmesa .*no such library.* unset it"):
+        rendering.gl_backend.__wrapped__()
 
 
 def test_pictures_alone_have_a_thinner_arm(posture):

@@ -23,7 +23,14 @@ from dressing_sim.benchmark.hypotheses import (
 )
 from dressing_sim.benchmark.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.protocol import Entry
-from dressing_sim.benchmark.statistics import Contrast, Row, contrast, wilson_interval
+from dressing_sim.benchmark.statistics import (
+    Contrast,
+    Row,
+    contrast,
+    rate_interval_over_sets,
+    wilson_interval,
+)
+from dressing_sim.judge import Outcome
 
 if TYPE_CHECKING:
     from dressing_sim.benchmark.runner import EpisodeResult
@@ -63,8 +70,8 @@ def judge_claims(results: Sequence[EpisodeResult], rng: np.random.Generator) -> 
 
     Args:
         results: Episodes of a protocol; only nominal rows (without variation) are looked at.
-        rng: Source of randomness, of which one number is drawn: as in `comparisons`, the same for
-            every interval, so that the same comparison reads the same in both.
+        rng: Source of randomness, of which one number is drawn, as `comparisons` does: with two
+            generators alike, the same comparison reads the same in both.
 
     Returns:
         The claims whose rows are all among the results.
@@ -80,7 +87,7 @@ def judge_claims(results: Sequence[EpisodeResult], rng: np.random.Generator) -> 
     if candidates and BASELINE in rows:
         claims.append(_best_matches_baseline(candidates, rows, seed))
     if BASELINE in rows:
-        claims.append(_baseline_fails_at_the_elbow(results))
+        claims.append(_baseline_fails_at_the_elbow(results, seed))
     learned = [Entry(policy, shown) for policy, shown in PAPER_TABLE]
     if all(entry in rows for entry in learned):
         claims.append(_every_policy_fails_somewhere(learned, rows))
@@ -120,23 +127,28 @@ def _best_matches_baseline(candidates: list[Entry], rows: Mapping[Entry, Row], s
     )
 
 
-def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult]) -> Claim:
+def _at_elbow(outcome: Outcome) -> bool:
+    return any(f.reason == "stuck" and f.where == "elbow" for f in outcome.failures)
+
+
+def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult], seed: int) -> Claim:
     """Whether in most of the baseline's failed episodes the sleeve is caught at the elbow."""
-    outcomes = [r.outcome for r in results if r.entry == BASELINE and r.outcome.void is None]
-    failed = [outcome for outcome in outcomes if not outcome.success]
-    n = sum(
-        any(f.reason == "stuck" and f.where == "elbow" for f in outcome.failures)
-        for outcome in failed
-    )
-    low, high = wilson_interval(n, len(failed))
+    at_elbow = {
+        (r.demonstration_set, r.posture.name): _at_elbow(r.outcome)
+        for r in results
+        if r.entry == BASELINE and r.outcome.void is None and not r.outcome.success
+    }
+    over_sets = rate_interval_over_sets(at_elbow, np.random.default_rng(seed))
+    n, n_failed = sum(at_elbow.values()), len(at_elbow)
+    low, high = over_sets or wilson_interval(n, n_failed)
     return Claim(
         "baseline_fails_at_elbow",
         "where the seven-demonstration baseline fails, it is stuck at the elbow",
         "confirmed" if low > 0.5 else "refuted" if high < 0.5 else "undecided",
-        f"in {n} of {len(failed)} failures of {label(BASELINE)} the sleeve was stuck at the elbow, "
+        f"in {n} of {n_failed} failures of {label(BASELINE)} the sleeve was stuck at the elbow, "
         f"95 % interval {100 * low:.0f} to {100 * high:.0f} %",
         {
-            "n_failed": len(failed),
+            "n_failed": n_failed,
             "n_at_elbow": n,
             "pc_at_elbow_ci95": [100.0 * low, 100.0 * high],
             "criterion": "confirmed if the interval is above 50 %, refuted if it is below",
@@ -147,7 +159,9 @@ def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult]) -> Claim:
 def _every_policy_fails_somewhere(entries: list[Entry], rows: Mapping[Entry, Row]) -> Claim:
     """A fact about the postures of the test, so without an interval."""
     failures = {entry: list(rows[entry].values()).count(False) for entry in entries}
-    faultless = [entry for entry in entries if True in rows[entry].values() and not failures[entry]]
+    faultless = [
+        entry for entry in entries if rows[entry] and all(s is True for s in rows[entry].values())
+    ]
     verdict: Verdict = "confirmed" if all(failures.values()) else "undecided"
     fewest = min(entries, key=lambda entry: failures[entry])
     return Claim(

@@ -53,7 +53,8 @@ def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> l
     """Compare the pairs of rows that matter.
 
     Kinds: ``augmentation`` (augmented against the initial policy, same demonstrations),
-    ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all three under
+    ``policy`` (any other policy against the initial one, same demonstrations),
+    ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all four under
     the same variation; ``variation`` (a row under variation against the same row without);
     ``settings`` (a policy with settings after a ``?`` against the same row without).
 
@@ -80,15 +81,18 @@ def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> l
 
 
 def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
-    for a in entries:
-        initial = _initial(a)
-        if a.policy.startswith(f"{INITIAL}-") and initial in entries:
-            yield "augmentation", a, initial
+    for kind, augmented in (("augmentation", True), ("policy", False)):
+        for a in entries:
+            initial = _initial(a)
+            if a == initial or initial not in entries or a.demonstrations is None:
+                continue
+            if a.policy.startswith(f"{INITIAL}-") == augmented:
+                yield kind, a, initial
     for a in entries:
         initial = _initial(a)
         known = [replace(initial, demonstrations=name) for name in BASELINES]
         baseline = next((b for b in known if b in entries), None)
-        # An augmented policy on the baseline's demonstrations has been compared with it above.
+        # A policy on the baseline's demonstrations has been compared with it above.
         if baseline is not None and baseline != initial:
             yield "baseline", a, baseline
     for a in entries:

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dressing_sim.benchmark.report import markdown_table
+from dressing_sim.benchmark.store import SUMMARY
 from dressing_sim.files import write_text
 
 TITLE = "Protocol paper-cost: reproduction cost after each accepted demonstration"
@@ -188,7 +189,8 @@ def _packages(summary: Mapping[str, Any]) -> str:
 def write_cost_report(folder: Path, summary: Mapping[str, Any], command: str) -> None:
     """Write the four files of a run; each is whole or not there."""
     picture = cost_figure(summary)
-    write_text(folder / "summary.json", json.dumps(summary, indent=2) + "\n")
     write_text(folder / "cost.svg", picture)
     write_text(folder / "report.md", cost_markdown(summary, command))
     write_text(folder / "report.html", cost_html(summary, command, picture))
+    # Last, as it tells that the run is finished.
+    write_text(folder / SUMMARY, json.dumps(summary, indent=2) + "\n")

@@ -158,6 +158,7 @@ class DaskWorkers(Workers):
     def __init__(self, address: str) -> None:
         try:
             from distributed import Client, KilledWorker
+            from distributed.comm import get_address_host_port
         except ImportError as error:
             raise InvalidInputError(
                 "--scheduler needs Dask; install it with: pip install 'dressing-sim[dask]'"
@@ -167,6 +168,8 @@ class DaskWorkers(Workers):
         self.deaths, self.shared_fate = (KilledWorker,), False
         self._address = address
         try:
+            # A client of what is no address would be waited for as the process ends.
+            get_address_host_port(address)
             self._client = Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise InvalidInputError(f"scheduler {address!r}: nobody answers ({error})") from error

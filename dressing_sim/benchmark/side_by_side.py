@@ -20,11 +20,11 @@ class SideBySide:
         kind: Of the comparisons that it shows, see `dressing_sim.benchmark.comparisons`.
         title: Of its section.
         rule: What a cell says.
-        cells: Texts, the first row the heading. Below it the line of rows without a change, then
-            one for each change; a column for each policy and what it was shown, all in the order
-            in which they first appear. A cell is a success rate in per cent with, where the row is
-            compared with the one without a change, the paired difference to it and its 95 %
-            interval in percentage points; "-" where nothing was run, or all of it is void.
+        cells: Texts, the first row the heading. Below it the line of rows without a change, if
+            there are any, then one for each change; a column for each policy and what it was shown,
+            all in the order in which they first appear. A cell is a success rate in per cent with,
+            where the row is compared with the one without a change, the paired difference to it and
+            its 95 % interval in percentage points; "-" where nothing was run, or all of it is void.
     """
 
     kind: str
@@ -98,7 +98,11 @@ def _cells(
         return []
     return [
         [heading, *columns],
-        *([line, *(filled.get((line, column), "-") for column in columns)] for line in lines),
+        *(
+            [line, *(filled.get((line, column), "-") for column in columns)]
+            for line in lines
+            if any((line, column) in filled for column in columns)
+        ),
     ]
 
 

@@ -172,6 +172,18 @@ def _resample(
     return (samples @ values) / sizes.sum(axis=1)
 
 
+def rate_interval_over_sets(row: Row, rng: np.random.Generator) -> tuple[float, float] | None:
+    """95 % interval of a row's success rate for other demonstrations too, each bound from 0 to 1.
+
+    That of `contrast` for one row. Wilson's takes all episodes as independent and speaks of the
+    demonstrations that were given. None with fewer than two demonstration sets, which say nothing
+    of others.
+    """
+    if len({number for number, _ in row}) < 2:
+        return None
+    return contrast((row,), (1,), rng).interval
+
+
 @dataclass(frozen=True, slots=True)
 class Paired:
     """Two rows compared over the same postures and demonstration sets.

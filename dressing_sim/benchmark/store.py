@@ -19,7 +19,7 @@ from dressing_sim.benchmark.plan import Plan
 from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.demonstration import Demonstration, load_demonstrations, versions
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import write_text
+from dressing_sim.files import unwritable, write_text
 from dressing_sim.judge import Failure, Outcome
 
 SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
@@ -180,7 +180,7 @@ class OpenRun(RunFolder):
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
-            raise _unwritable(self.path / EPISODES, error) from error
+            raise unwritable(self.path / EPISODES, error) from error
         self._lines[result.index] = line
         return parse_line(self.plan, line)
 
@@ -220,29 +220,52 @@ def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
             with other settings, or another process is writing to it, or it cannot be written to.
     """
     settings = json.loads(json.dumps(plan.to_dict()))
-    earlier = _read_settings(path)
-    if resume and earlier is not None:
-        _check_same(path, earlier, settings)
-    if not resume and earlier is not None and not (path / SUMMARY).exists():
-        raise InvalidInputError(
-            f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
-        )
+    with _locked(path):
+        earlier = _read_settings(path)
+        if resume and earlier is not None:
+            _check_same(path, earlier, settings)
+        if not resume and earlier is not None and not (path / SUMMARY).exists():
+            raise InvalidInputError(
+                f"{path} holds an unfinished run; continue it with --resume, or choose another "
+                "--out"
+            )
+        try:
+            file = (path / EPISODES).open("a+b")
+        except OSError as error:
+            raise unwritable(path / EPISODES, error) from error
+        with file:
+            yield _begun(path, file, settings, resume and earlier is not None)
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder, which is made if it is not there.
+
+    The folder itself is locked: the files in it are replaced as they are written.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
-        file = (path / EPISODES).open("a+b")
+        folder = os.open(path, os.O_RDONLY)
     except OSError as error:
-        raise _unwritable(path / EPISODES, error) from error
-    with file:
+        raise unwritable(path, error) from error
+    try:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise InvalidInputError(f"{path}: another process is running in it") from error
-        if not (resume and earlier is not None):
-            _clear(path, file)
-            # Written last: where there are settings, the other files belong to them.
-            write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
-        _drop_torn_line(file)
-        yield OpenRun(path, settings, file)
+        yield
+    finally:
+        os.close(folder)
+
+
+def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any], goes_on: bool) -> OpenRun:
+    """A run whose earlier files are gone, or one that goes on."""
+    if not goes_on:
+        _clear(path, file)
+        # Written last: where there are settings, the other files belong to them.
+        write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
+    _drop_torn_line(file)
+    return OpenRun(path, settings, file)
 
 
 def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
@@ -264,7 +287,7 @@ def _drop_torn_line(file: BinaryIO) -> None:
 
 def _clear(path: Path, episodes: BinaryIO) -> None:
     """Remove an earlier run, its settings first."""
-    own = [SETTINGS, SUMMARY, "report.md", "report.html", "cost.svg"]
+    own = [SETTINGS, SUMMARY, "report.md", "report.html", "cost.svg", "thresholds.svg"]
     stale = [path / name for name in own]
     stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
     for file in stale:
@@ -292,7 +315,3 @@ def _check_same(path: Path, earlier: Any, wanted: Any) -> None:
         raise InvalidInputError(
             f"{path} holds a run with other settings; choose another --out\n  {told}"
         )
-
-
-def _unwritable(path: Path, error: OSError) -> InvalidInputError:
-    return InvalidInputError(f"{path}: cannot be written ({error.strerror or error})")

@@ -16,7 +16,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.assets_path import assets
 from dressing_sim.benchmark.distribution import DRAWN_SUITES, sample_postures
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import write_text
+from dressing_sim.files import is_file, write_text
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.sampling import euler_angles
 
@@ -44,8 +44,8 @@ def load_suite(name_or_file: str) -> list[Posture]:
     if name_or_file.startswith("random:"):
         return _random_suite(name_or_file)
     builtin = assets() / "suites" / f"{name_or_file}.json"
-    path = builtin if _is_file(builtin) else Path(name_or_file)
-    if not _is_file(path):
+    path = builtin if is_file(builtin) else Path(name_or_file)
+    if not is_file(path):
         raise InvalidInputError(
             f"unknown suite {name_or_file!r}; valid is one of {', '.join(suite_names())}, a JSON "
             "file, or random:N[:SEED]"
@@ -58,13 +58,6 @@ def load_suite(name_or_file: str) -> list[Posture]:
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"suite {path}: not JSON ({error})") from error
     return _postures(content, str(path))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a name too long for a file, for instance
-        return False
 
 
 def _random_suite(text: str) -> list[Posture]:

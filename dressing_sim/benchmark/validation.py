@@ -233,7 +233,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
     differing: list[dict[str, Any]] = []
     for setting in chosen:
         own = by_setting[setting.name]
-        agree = [_agree(own[key].outcome, finest[key].outcome) for key in finest]
+        agree = [agreement(own[key].outcome, finest[key].outcome) for key in finest]
         differences = {name: _median_difference(name, own, finest) for name in COMPARED}
         rows.append(
             {
@@ -328,7 +328,8 @@ def _solver_error(
     return float(np.percentile(errors, 90.0)) if errors else None
 
 
-def _agree(one: Outcome, other: Outcome) -> bool:
+def agreement(one: Outcome, other: Outcome) -> bool:
+    """Whether two verdicts are the same; a void episode has none."""
     return one.void is None and other.void is None and one.success == other.success
 
 

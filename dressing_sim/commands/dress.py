@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json as json_format
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dressing_sim.commands.options import check_seed, new_film, print_outcome
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import is_file
 
 if TYPE_CHECKING:
     from dressing_sim.episode import PathSource
@@ -51,18 +53,17 @@ def dress(
     film = new_film(video, camera, fps, width, height)
     source = _source(policy)
     outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
-    if film is not None and video is not None:
-        film.write(video, arm, config.world, camera, width, height)
     if json:
         print(
             json_format.dumps(
                 {"posture": arm.to_dict(), "policy": policy, **outcome.to_dict()}, indent=2
             )
         )
-        return
-    print_outcome(arm.name, outcome)
-    if video is not None:
-        print(f"film written to {video}")
+    else:
+        print_outcome(arm.name, outcome)
+    if film is not None and video is not None:
+        film.write(video, arm, config.world, camera, width, height)
+        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
 
 
 def _source(policy: str) -> PathSource:
@@ -73,7 +74,7 @@ def _source(policy: str) -> PathSource:
 
     if policy == EXPERT:
         return Operator()
-    if not Path(policy).is_file():
+    if not is_file(policy):
         raise InvalidInputError(
             f"policy {policy!r}: no such file; valid is {EXPERT} or a file written by "
             "'dressing-sim learn'"

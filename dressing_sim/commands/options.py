@@ -69,7 +69,7 @@ def new_film(video: Path | None, camera: str, fps: int, width: int, height: int)
     from dressing_sim.video import Film, check_format
     from dressing_sim.world.rendering import CAMERAS, gl_backend
 
-    check_format(video)
+    check_format(video, width, height)
     check_writable(video)
     if camera not in CAMERAS:
         raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")

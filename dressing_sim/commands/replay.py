@@ -47,8 +47,6 @@ def replay(
     run.line(episode)  # an episode that is not there is reported before a film is prepared
     film = new_film(video, camera, fps, width, height)
     again = replay_episode(run, episode, None if film is None else film.expose)
-    if film is not None and video is not None:
-        film.write(video, again.posture, again.config.world, camera, width, height)
     result, found = again.result, again.differences
     if json:
         values = {
@@ -63,10 +61,11 @@ def replay(
     else:
         learned = "" if result.entry.demonstrations is None else f" ({result.entry.demonstrations})"
         print_outcome(f"{result.entry.policy}{learned}, {result.posture.name}", result.outcome)
-        if video is not None:
-            print(f"film written to {video}")
         if not found:
             print("identical to the recorded episode, to the bit")
+    if film is not None and video is not None:
+        film.write(video, again.posture, again.config.world, camera, width, height)
+        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
     if found:
         reasons = [*differences(dict(run.versions), versions(), "then", "now"), *found]
         told = "\n  ".join(reasons)

@@ -79,10 +79,10 @@ def thresholds(
         show_progress(Console(stderr=True)) as progress,
     ):
         results = run_plan(folder, crew, progress, Work(dress=dress_job))
-    summary = summarise(
-        protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
-    )
-    write_sensitivity_report(out, summary, command_line())
+        summary = summarise(
+            protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
+        )
+        write_sensitivity_report(out, summary, command_line())
     if json:
         print(json_format.dumps(summary, indent=2))
     else:

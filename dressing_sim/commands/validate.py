@@ -53,6 +53,7 @@ def validate(
     """
     from dressing_sim.benchmark.executors import Processes
     from dressing_sim.benchmark.progress import show_progress
+    from dressing_sim.benchmark.store import SETTINGS
     from dressing_sim.benchmark.suites import load_suite
     from dressing_sim.benchmark.validation import (
         CONVERGED,
@@ -78,6 +79,8 @@ def validate(
         chosen = tuple(s for s in chosen if s.name in {DEFAULT, FINEST, CONVERGED, *wanted})
     arms = load_suite(suite)[:postures]
     check_writable(out / "report.md")
+    if (out / SETTINGS).exists():
+        raise InvalidInputError(f"{out} holds a run of another command; choose another --out")
     with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
         trials = study(arms, chosen, crew, seed, progress)
     summary = compare(trials, chosen)

@@ -18,6 +18,7 @@ from pink.limits.limit import Limit
 from pink.tasks import FrameTask, PostureTask
 
 from dressing_sim.control.kinematics import PandaKinematics
+from dressing_sim.settings import check_numbers
 from dressing_sim.world.panda import HOME, TCP_BODY
 
 #: The hand pointing down, fingers opening along the base's y axis.
@@ -53,6 +54,14 @@ class TrackingConfig:
     """Weight of the joints' deviation from the robot's resting posture [1/rad]."""
     max_error: float = 0.02
     """A path is unreachable if the commanded gripper is ever further from it than this [m]."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            "tracking",
+            ("dt", "max_speed", "position_cost", "posture_cost", "max_error"),
+            ("smoothing", "tilt_cost"),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,8 +119,11 @@ class _Settings:
         for name, value, valid in choices:
             if value not in valid:
                 raise InvalidInputError(f"{name} must be one of {', '.join(valid)}, not {value!r}")
-        if self.max_iterations < 0:
-            raise InvalidInputError(f"max_iterations must be >= 0, not {self.max_iterations}")
+        for name in ("max_iterations", "max_demonstrations"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InvalidInputError(f"{name} must be >= 0, not {getattr(self, name)}")
+        if not np.isfinite(self.snr_db):
+            raise InvalidInputError(f"snr_db must be finite, not {self.snr_db}")
 
     def goes_on(self, n_demonstrations: int, iteration: int) -> bool:
         if self.termination == "first":
@@ -162,9 +165,9 @@ def augment(
         snr_db: signal-to-noise ratio of the white noise in [dB].
         noise_reference: the signal that the ratio refers to, see ``noise_deviation``.
         termination: ``"first"`` ends at M or at L, whichever comes first (the paper's text and the
-            authors' code). ``"both"`` ends once both are reached, as Algorithm 1 is printed; it
-            then gives up after 20 L iterations, for nothing else would end it where no candidate
-            is accepted.
+            authors' code). ``"both"`` ends once both are reached, which is nearly what Algorithm 1
+            prints (there the loop goes on at ``n_d <= M``, one demonstration further); it gives up
+            after 20 L iterations, for nothing else would end it where no candidate is accepted.
         retrain: ``"warm"`` starts expectation-maximisation from the current model, ``"cold"`` from
             its initialisation.
         on_iteration: called with each candidate as it is decided, for progress.
@@ -183,7 +186,8 @@ def augment(
     )
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)
-    source = sampler if sampler is not None else BoundsSampler.around(experts)
+    if sampler is None and method != "noise":
+        sampler = BoundsSampler.around(experts)
     initial = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
     current: Augmentable = initial.fit(experts)
     cost = initial_cost = current.cost(criterion)
@@ -193,7 +197,7 @@ def augment(
         synthetic: SyntheticDemonstration | None = None
         retrained, new_cost, fault = current, np.inf, None
         try:
-            synthetic = _synthetic(experts, current, source, settings, rng)
+            synthetic = _synthetic(experts, current, sampler, settings, rng)
             retrained = current.refit((*training, synthetic), warm=retrain == "warm")
             new_cost = retrained.cost(criterion)
         except InvalidInputError as error:
@@ -220,7 +224,7 @@ def augment(
 def _synthetic(
     experts: Sequence[DemonstrationLike],
     policy: Augmentable,
-    sampler: SituationSampler,
+    sampler: SituationSampler | None,
     settings: _Settings,
     rng: np.random.Generator,
 ) -> SyntheticDemonstration:
@@ -229,6 +233,7 @@ def _synthetic(
         expert = experts[int(rng.integers(len(experts)))]
         made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, tuple(expert.frames))
     else:
+        assert sampler is not None
         made = policy.synthesise(sampler.sample(rng))
     if settings.method == "rf":
         return made

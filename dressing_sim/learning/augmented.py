@@ -28,8 +28,8 @@ class AugmentedTPGMM:
     Args:
         method: how synthetic demonstrations are made, see ``augment``.
         seed: of all randomness of a fit; two fits to the same demonstrations are the same.
-        policy: settings of the policy that is improved; it is copied. ``TrajectoryTPGMM()`` by
-            default.
+        policy: settings of the policy that is improved; it is copied, and every fit starts from
+            it. ``TrajectoryTPGMM()`` by default.
         sampler: makes the sampler of new situations; ``BoundsSampler.around`` by default.
         max_demonstrations: M, expert and synthetic demonstrations together.
         max_iterations: L, candidates that are tried.
@@ -42,7 +42,7 @@ class AugmentedTPGMM:
         tried: the number of candidates tried until each of these was accepted, 0 for the first.
 
     Raises:
-        InvalidInputError: an unknown method.
+        InvalidInputError: an unknown method, or a policy of another kind.
     """
 
     def __init__(
@@ -61,7 +61,12 @@ class AugmentedTPGMM:
             raise InvalidInputError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
         self.method = method
         self.seed = seed
+        if not isinstance(policy, TrajectoryTPGMM | None):
+            raise InvalidInputError(
+                f"policy is a {type(policy).__name__}, valid is a TrajectoryTPGMM or None"
+            )
         self.policy = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
+        self._initial = deepcopy(self.policy)
         self.sampler = sampler
         self.max_demonstrations = max_demonstrations
         self.max_iterations = max_iterations
@@ -95,7 +100,7 @@ class AugmentedTPGMM:
             demonstrations,
             rng=np.random.default_rng(self.seed),
             method=self.method,
-            policy=self.policy,
+            policy=self._initial,
             sampler=self.sampler(demonstrations),
             max_demonstrations=self.max_demonstrations,
             max_iterations=self.max_iterations,

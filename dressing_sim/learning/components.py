@@ -81,11 +81,13 @@ def choose_by_bic(
         candidates: numbers of components, such as ``range(1, 16)``.
 
     Raises:
-        InvalidInputError: none of them could be fitted.
+        InvalidInputError: one is below 1, or none of them could be fitted.
     """
     scores = []
     fault = "no candidate was given"
     for n_components in candidates:
+        if n_components < 1:
+            raise InvalidInputError(f"a candidate is {n_components}, valid is 1 or more")
         trial = copy(model)
         trial.n_components = n_components
         try:

@@ -23,11 +23,10 @@ def rms_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatAr
         The cost, in the unit of the positions.
 
     Raises:
-        InvalidInputError: no path, or shapes that differ.
+        InvalidInputError: no path, one that is not finite, or shapes that differ.
     """
-    _check(reproductions, demonstrated)
     errors = []
-    for index, (path, expert) in enumerate(zip(reproductions, demonstrated, strict=True)):
+    for index, (path, expert) in enumerate(_pairs(reproductions, demonstrated)):
         if path.shape != expert.shape:
             raise InvalidInputError(
                 f"reproduction {index} has the shape {path.shape}, its demonstration {expert.shape}"
@@ -49,14 +48,23 @@ def dtw_cost(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatAr
     Raises:
         InvalidInputError: no path, or paths that cannot be warped.
     """
-    _check(reproductions, demonstrated)
-    pairs = zip(reproductions, demonstrated, strict=True)
+    pairs = _pairs(reproductions, demonstrated)
     return float(np.mean([dtw_distance(path, expert) for path, expert in pairs]))
 
 
-def _check(reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]) -> None:
-    if not demonstrated or len(reproductions) != len(demonstrated):
+def _pairs(
+    reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Each reproduction with its demonstration, as arrays."""
+    if len(demonstrated) == 0 or len(reproductions) != len(demonstrated):
         raise InvalidInputError(
             f"a cost needs one reproduction a demonstration and at least one, "
             f"not {len(reproductions)} and {len(demonstrated)}"
         )
+    pairs = [
+        (np.asarray(path, dtype=np.float64), np.asarray(expert, dtype=np.float64))
+        for path, expert in zip(reproductions, demonstrated, strict=True)
+    ]
+    if not all(np.isfinite(array).all() for pair in pairs for array in pair):
+        raise InvalidInputError("a cost needs paths that are finite")
+    return pairs

@@ -178,7 +178,7 @@ def initialise_by_k_means(
     rng: np.random.Generator,
     max_steps: int = 100,
 ) -> Mixture:
-    """k-means++ on the joint samples of all frames (N, P D), each block scaled to unit variance.
+    """k-means++ on the joint samples of all frames (N, P D), each coordinate of unit variance.
 
     Never a k-means per frame: its components would not correspond from one frame to the next.
     Source: Arthur and Vassilvitskii (2007), "k-means++: the advantages of careful seeding".
@@ -235,12 +235,20 @@ def fit_mixture(
         options.max_steps,
         options.tolerance,
     )
-    if not (sound and np.isfinite(means).all() and np.isfinite(covariances).all()):
+    if not (sound and np.isfinite(means).all() and _definite(covariances)):
         raise InvalidInputError(
             "a component's covariance became singular: use a larger covariance floor, "
             "fewer components or more varied demonstrations"
         )
     return Mixture(priors, means, covariances), EMRecord(likelihoods, converged)
+
+
+def _definite(covariances: FloatArray) -> bool:
+    """Whether all covariances (K, P, D, D) are finite and positive definite."""
+    try:
+        return bool(np.isfinite(np.linalg.cholesky(covariances)).all())
+    except np.linalg.LinAlgError:
+        return False
 
 
 def responsibilities(data: FloatArray, mixture: Mixture) -> tuple[FloatArray, float]:

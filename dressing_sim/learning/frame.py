@@ -56,21 +56,30 @@ class Frame:
 
     def to_world(self, points: ArrayLike) -> FloatArray:
         """Points (..., p) in this frame -> the same points in world coordinates."""
-        return np.asarray(points, dtype=np.float64) @ self.A.T + self.b
+        return self._checked(points) @ self.A.T + self.b
 
     def to_local(self, points: ArrayLike) -> FloatArray:
         """Points (..., p) in world coordinates -> the same points in this frame."""
-        return self.displacements_to_local(np.asarray(points, dtype=np.float64) - self.b)
+        return self.displacements_to_local(self._checked(points) - self.b)
 
     def displacements_to_world(self, displacements: ArrayLike) -> FloatArray:
         """Differences of points (..., p) in this frame -> world; the origin has no part in it."""
-        return np.asarray(displacements, dtype=np.float64) @ self.A.T
+        return self._checked(displacements) @ self.A.T
 
     def displacements_to_local(self, displacements: ArrayLike) -> FloatArray:
         """Differences of points (..., p) in world coordinates -> this frame."""
-        values = np.asarray(displacements, dtype=np.float64)
+        values = self._checked(displacements)
         flat = np.linalg.solve(self.A, values.reshape(-1, self.dimension).T).T
         return np.asarray(flat, dtype=np.float64).reshape(values.shape)
+
+    def _checked(self, values: ArrayLike) -> FloatArray:
+        """Values (..., p) as an array."""
+        array = np.asarray(values, dtype=np.float64)
+        if array.shape[-1:] != (self.dimension,):
+            raise InvalidInputError(
+                f"an array has the shape {array.shape}, valid is (..., {self.dimension})"
+            )
+        return array
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Frame):
@@ -78,7 +87,8 @@ class Frame:
         return np.array_equal(self.A, other.A) and np.array_equal(self.b, other.b)
 
     def __hash__(self) -> int:
-        return hash((self.A.tobytes(), self.b.tobytes()))
+        # Equal frames, equal bytes: adding zero makes 0.0 of -0.0.
+        return hash(((self.A + 0.0).tobytes(), (self.b + 0.0).tobytes()))
 
 
 Situation: TypeAlias = tuple[Frame, ...]

@@ -50,13 +50,11 @@ def euler_angles(matrix: ArrayLike) -> FloatArray:
         return np.array([np.arctan2(r[1, 0], r[0, 0])])
     if r.shape != (3, 3):
         raise InvalidInputError(f"a rotation is 2 x 2 or 3 x 3, not {r.shape}")
-    return np.array(
-        [
-            np.arctan2(r[2, 1], r[2, 2]),
-            np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])),
-            np.arctan2(r[1, 0], r[0, 0]),
-        ]
-    )
+    across = np.hypot(r[0, 0], r[1, 0])
+    beta = np.arctan2(-r[2, 0], across)
+    if across < 1e-9:  # x points up or down: only alpha -+ gamma counts, so gamma may be zero
+        return np.array([np.arctan2(-r[1, 2], r[1, 1]), beta, 0.0])
+    return np.array([np.arctan2(r[2, 1], r[2, 2]), beta, np.arctan2(r[1, 0], r[0, 0])])
 
 
 def _bounds(low: ArrayLike, high: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:

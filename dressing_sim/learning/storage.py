@@ -36,10 +36,18 @@ class Storable(Protocol):
 
 def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Arrays) -> Path:
     """Write settings and arrays to ``path`` (npz), all or nothing; returns the path."""
-    header = json.dumps({"format": FORMAT, "version": VERSION, "kind": kind, "settings": settings})
+    named = {"format": FORMAT, "version": VERSION, "kind": kind, "settings": settings}
+    header = json.dumps(named, default=_plain)
     with replacing(path) as temporary, temporary.open("wb") as stream:
         np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
     return Path(path)
+
+
+def _plain(value: object) -> object:
+    """What JSON does not know: a number of numpy's."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise InvalidInputError(f"a setting is {value!r:.40}, valid are numbers, texts and None")
 
 
 def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:
@@ -63,7 +71,7 @@ def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:
         raise InvalidInputError(f"{path} is not a saved model") from error
     except InvalidInputError:
         raise
-    except ValueError as error:  # what numpy and json raise for anything else
+    except (ValueError, RuntimeError) as error:  # what numpy, json and zipfile raise otherwise
         raise InvalidInputError(f"{path} is not a saved model") from error
 
 
@@ -82,7 +90,7 @@ def _kinds() -> dict[str, type[Storable]]:
 
 
 def save_model(model: Storable, path: str | Path) -> Path:
-    """Save a fitted ``TPGMM``, ``TimeTPGMM`` or ``TrajectoryTPGMM``; returns the path.
+    """Save a fitted model of one of this library's classes; returns the path.
 
     A random generator given for k-means is not part of the file.
 

@@ -73,8 +73,10 @@ class TPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        if n_components < 1:
-            raise InvalidInputError(f"a mixture needs n_components >= 1, not {n_components}")
+        if not isinstance(n_components, int | np.integer) or n_components < 1:
+            raise InvalidInputError(
+                f"a mixture needs a whole number n_components >= 1, not {n_components!r}"
+            )
         if encoding not in get_args(Encoding):
             raise InvalidInputError(f"encoding must be 'trajectory' or 'time', not {encoding!r}")
         if initialisation not in get_args(Initialisation):
@@ -85,7 +87,7 @@ class TPGMM:
             raise InvalidInputError("time_scale and dt must be > 0")
         self.n_components = n_components
         self.encoding: Encoding = encoding
-        self.floor = (floor, floor) if isinstance(floor, int | float) else tuple(floor)
+        self.floor = (floor, floor) if isinstance(floor, int | float | np.number) else tuple(floor)
         self.relative_floor = relative_floor
         self.dt = dt
         self.time_scale = time_scale

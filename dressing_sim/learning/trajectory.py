@@ -93,10 +93,17 @@ class TrajectoryTPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        if samples < 3 or rest_count < 1 or step_limit < 1 or min(rest_speed, end_radius) < 0:
+        # Each in this form, as NaN is neither above nor below anything.
+        if not (
+            3 <= samples < np.inf
+            and 1 <= rest_count < np.inf
+            and 1 <= step_limit < np.inf
+            and 0 <= rest_speed < np.inf
+            and 0 <= end_radius < np.inf
+        ):
             raise InvalidInputError(
                 "a trajectory policy needs samples >= 3, rest_count >= 1, step_limit >= 1, "
-                "rest_speed >= 0 and end_radius >= 0"
+                "rest_speed >= 0 and end_radius >= 0, all finite"
             )
         self.fusion = check_fusion(fusion)
         self.samples = samples

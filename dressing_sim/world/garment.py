@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.settings import check_numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Fabric:
     """Rayleigh damping: ratio of viscous to elastic stress an inverse second [s]."""
 
     def __post_init__(self) -> None:
-        _check(
+        check_numbers(
             self,
             "fabric",
             ("areal_density", "membrane_stiffness", "bending_stiffness", "thickness"),
@@ -77,7 +78,7 @@ class Garment:
 
     def __post_init__(self) -> None:
         sizes = ("length", "armscye_circumference", "hem_circumference")
-        _check(self, "garment", sizes, ("body",))
+        check_numbers(self, "garment", sizes, ("body",))
 
     @property
     def sleeve_area(self) -> float:
@@ -90,16 +91,6 @@ class Garment:
     def body_area(self) -> float:
         """Of the cloth of the shirt's body, half a cylinder [m^2]."""
         return 0.5 * self.armscye_circumference * self.body
-
-
-def _check(
-    config: Fabric | Garment, kind: str, positive: tuple[str, ...], not_negative: tuple[str, ...]
-) -> None:
-    for name in (*positive, *not_negative):
-        value = getattr(config, name)
-        lowest = "> 0" if name in positive else ">= 0"
-        if not (np.isfinite(value) and (value > 0.0 or (value == 0.0 and name in not_negative))):
-            raise InvalidInputError(f"{kind}: {name} is {value}, valid is {lowest}")
 
 
 #: Fabrics within the ranges measured for jersey: ordinary, light and stretchy, heavy and stiff.

@@ -15,11 +15,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from dressing_sim.errors import DressingSimError
+from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.settings import check_numbers
 
 ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
 FINGER_JOINTS = ("panda_finger_joint1", "panda_finger_joint2")
-HAND_BODY = "panda_hand"
 TCP_BODY = "panda_hand_tcp"
 BASE_BODY = "panda_link0"
 
@@ -52,7 +52,16 @@ class ServoConfig:
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "damping"):
-            object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            gains = tuple(map(float, getattr(self, name)))
+            if len(gains) != len(ARM_JOINTS) or not all(0.0 < gain < np.inf for gain in gains):
+                raise InvalidInputError(
+                    f"servo: {name} is {gains}, valid is a number > 0 for each of the "
+                    f"{len(ARM_JOINTS)} joints"
+                )
+            object.__setattr__(self, name, gains)
+        check_numbers(
+            self, "servo", ("finger_stiffness", "finger_damping", "finger_force"), ("armature",)
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,7 @@ def probe(backend: str) -> str | None:
     """Try a backend in a process of its own, where a crash does no harm.
 
     Returns:
-        None if a picture can be drawn with it, else the reason why not.
+        None if a context can be made and used with it, else the reason why not.
     """
     code = (
         f"from mujoco.{backend} import GLContext; context = GLContext(16, 16); "
@@ -64,15 +64,30 @@ def gl_backend() -> str:
     """The backend that this process uses for all its pictures.
 
     Raises:
-        DressingSimError: None works; the message says what to install.
+        DressingSimError: None works, or not the one that ``MUJOCO_GL`` names; the message says
+            what to install.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower()
     for backend in (wanted,) if wanted in BACKENDS else BACKENDS:
-        if probe(backend) is None:
+        reason = probe(backend)
+        if reason is None:
             # PyOpenGL binds to one platform at its first import, for the life of the process.
             os.environ["PYOPENGL_PLATFORM"] = backend
             return backend
+        if backend == wanted:
+            raise DressingSimError(
+                f"MUJOCO_GL={wanted} does not work here ({reason}); unset it or see: {INSTALL_HINT}"
+            )
     raise DressingSimError(INSTALL_HINT)
+
+
+def check_size(width: int, height: int) -> None:
+    """Raise InvalidInputError unless a picture can have this size [pixels]."""
+    for side in (width, height):
+        if not 1 <= side <= LARGEST_SIDE:
+            raise InvalidInputError(
+                f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
+            )
 
 
 class OffscreenRenderer:
@@ -99,11 +114,7 @@ class OffscreenRenderer:
         height: int = 480,
         strain_top: float | None = None,
     ) -> None:
-        for side in (width, height):
-            if not 1 <= side <= LARGEST_SIDE:
-                raise InvalidInputError(
-                    f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
-                )
+        check_size(width, height)
         backend = gl_backend()
         spec, mesh = build_spec(posture, config)
         add_visuals(spec)

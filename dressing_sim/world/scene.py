@@ -19,7 +19,7 @@ from dressing_sim.world.panda import (
 from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, add_sleeve, sleeve_mesh, vertex_body
 
 # Contact bits. Cloth and robot both touch the mannequin; nothing else touches anything: the
-# fingers hold the cloth by the grip, and the robot's controller keeps its links apart.
+# fingers hold the cloth by the grip, and that the robot's links stay apart is not checked.
 _MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
@@ -76,6 +77,7 @@ class World:
         self._load = np.zeros(3)
         self._cloth_load = ClothForces(np.zeros((len(LINKS), 3)), np.zeros(len(LINKS)))
         self.holding = True
+        self._last_sound = 0.0
         self._place(np.asarray(arm_configuration, dtype=float))
 
     def _place(self, q: NDArray[np.float64]) -> None:
@@ -119,6 +121,7 @@ class World:
 
         The fingers lose the cloth if it pulls harder than they can hold it.
         """
+        self._last_sound = self.time
         mujoco.mj_step(self.model, self.data)
         share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
         self._load = self._load + share * (self.grip_force - self._load)
@@ -137,12 +140,14 @@ class World:
     @property
     def void_reason(self) -> str | None:
         """Why the simulation can no longer be trusted, or None while it can."""
+        # MuJoCo sets a world that diverges back to its beginning, its clock included.
+        when = f"{self._last_sound:.2f} s after the cloth began to fall"
         numbers = self.data.warning.number
         if numbers.any():
             name = mujoco.mjtWarning(int(np.flatnonzero(numbers)[0])).name.removeprefix("mjWARN_")
-            return f"solver warning {name} at {self.time:.2f} s"
+            return f"solver warning {name} {when}"
         if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
-            return f"non-finite state at {self.time:.2f} s"
+            return f"non-finite state {when}"
         return None
 
     @property
@@ -168,12 +173,12 @@ class World:
 
     @property
     def tcp_position(self) -> NDArray[np.float64]:
-        """Tool centre point (3,), between the fingertips."""
+        """Tool centre point (3,), between the fingertips, as the last physics step began."""
         return self.data.xpos[self._tcp].copy()
 
     @property
     def cloth(self) -> NDArray[np.float64]:
-        """Positions of the sleeve's vertices, (n_vertices, 3)."""
+        """Positions of the sleeve's vertices, (n_vertices, 3), as the last physics step began."""
         return self.data.flexvert_xpos[self._vertices].copy()
 
     @property
@@ -224,7 +229,12 @@ class World:
         Args:
             link: One of `dressing_sim.world.mannequin.LINKS`.
             source: ``"cloth"`` or ``"robot"``.
+
+        Raises:
+            InvalidInputError: Another source.
         """
+        if source not in ("cloth", "robot"):
+            raise InvalidInputError(f"source is {source!r}, valid is cloth or robot")
         robot = source == "robot"
         net = self._contacts.robot(self.data) if robot else self._contacts.cloth(self.data).net
         return net[LINKS.index(link)]

@@ -103,6 +103,7 @@ def _rows(
                 "row": row,
                 "printed": printed,
                 "sets": [rate for rate in sets if rate is not None],
+                "interval": text.interval(row),
                 "rate_alt": _rate_alt(name, row, printed),
                 "segments": failed.segments,
                 "failure_alt": f"{name}: first {text.counted(failed.counts) or 'no failure'}",
@@ -152,7 +153,7 @@ def _budget(protocol: Protocol, results: Sequence[EpisodeResult]) -> dict[str, A
 
 
 def _rate_alt(name: str, row: Mapping[str, Any], printed: tuple[int, int] | None) -> str:
-    low, high = row["pc_success_ci95"]
+    low, high = text.interval(row)
     paper = f"; the paper's {printed[0]} of {printed[1]}" if printed else ""
     return (
         f"{name}: {row['n_success']} of {row['n_episodes']} dressed, "

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.benchmark.claims import judge_claims
-from dressing_sim.benchmark.comparisons import comparisons
+from dressing_sim.benchmark.comparisons import comparisons, rows_by_entry
 from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.statistics import wilson_interval
+from dressing_sim.benchmark.statistics import Row, rate_interval_over_sets, wilson_interval
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.demonstration import versions
 from dressing_sim.judge import count_reasons
@@ -25,7 +25,8 @@ def summarise(
     """Success rates by row, with Wilson intervals, and what they say of the paper's claims.
 
     Void episodes count neither way. With several demonstration sets, a row that learned also has
-    its rates by set, ``"sets": [{"demonstration_set", "n_episodes", "n_success", "pc_success"}]``.
+    its rates by set, ``"sets": [{"demonstration_set", "n_episodes", "n_success", "pc_success"}]``,
+    and ``pc_success_ci95_sets``, see `rate_interval_over_sets`.
 
     Returns:
         ``{"rows": [...], "comparisons": [...], "claims": [...], "versions": {...},
@@ -33,14 +34,19 @@ def summarise(
         the results come.
     """
     ordered = sorted(results, key=lambda result: result.index)
-    rng = np.random.default_rng(_BOOTSTRAP_SEED)
+    measured = rows_by_entry(ordered)
     return {
         "rows": [
-            _row(entry, [r for r in ordered if r.entry == entry], protocol.demonstration_sets)
+            _row(
+                entry,
+                [r for r in ordered if r.entry == entry],
+                measured.get(entry, {}),
+                protocol.demonstration_sets,
+            )
             for entry in protocol.entries
         ],
-        "comparisons": comparisons(ordered, rng),
-        "claims": [claim.to_dict() for claim in judge_claims(ordered, rng)],
+        "comparisons": comparisons(ordered, _generator()),
+        "claims": [claim.to_dict() for claim in judge_claims(ordered, _generator())],
         "versions": versions(),
         "config": {
             "protocol": protocol.name,
@@ -51,7 +57,14 @@ def summarise(
     }
 
 
-def _row(entry: Entry, results: Sequence[EpisodeResult], n_sets: int) -> dict[str, Any]:
+def _generator() -> np.random.Generator:
+    """A new one for each part of a summary, so that none depends on what else is in it."""
+    return np.random.default_rng(_BOOTSTRAP_SEED)
+
+
+def _row(
+    entry: Entry, results: Sequence[EpisodeResult], measured: Row, n_sets: int
+) -> dict[str, Any]:
     valid = [result for result in results if result.outcome.void is None]
     low, high = wilson_interval(_successes(valid), len(valid))
     row = {
@@ -66,6 +79,9 @@ def _row(entry: Entry, results: Sequence[EpisodeResult], n_sets: int) -> dict[st
             {"demonstration_set": i, **_rate([r for r in valid if r.demonstration_set == i])}
             for i in range(n_sets)
         ]
+        over_sets = rate_interval_over_sets(measured, _generator())
+        if over_sets is not None:
+            row["pc_success_ci95_sets"] = [100.0 * bound for bound in over_sets]
     return row
 
 

@@ -20,12 +20,14 @@ MOST_EPISODES_LISTED = 60
 SUCCESS_RULE = (
     "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth was "
     "neither stretched nor pulled too far. One episode can fail for several reasons. Intervals of "
-    "rates are Wilson's; void episodes count neither way."
+    "rates are Wilson's, for the demonstrations that were given; over sets they are bootstrap "
+    "intervals for other demonstrations too. Void episodes count neither way."
 )
 
 #: What the kinds of comparison are called, see `dressing_sim.benchmark.comparisons`.
 COMPARISONS = {
     "augmentation": "with synthetic demonstrations, less without",
+    "policy": "less the paper's initial policy, shown the same demonstrations",
     "baseline": "less the policy that was shown seven demonstrations",
     "case": "shown distinct postures, less shown similar ones",
     "variation": "under variation, less without",
@@ -38,6 +40,7 @@ Cells = list[list[str]]
 def table(summary: Mapping[str, Any]) -> Cells:
     """The summary's rows as cells of text, the first row the heading."""
     varied = any(row["variation"] for row in summary["rows"])
+    over_sets = any("pc_success_ci95_sets" in row for row in summary["rows"])
     cells = [
         [
             "policy",
@@ -46,11 +49,11 @@ def table(summary: Mapping[str, Any]) -> Cells:
             "success",
             "rate",
             "95 % interval",
+            *(["over sets"] if over_sets else []),
             "what went wrong",
         ]
     ]
     for row in summary["rows"]:
-        low, high = row["pc_success_ci95"]
         void = f"{row['n_void']} void" if row["n_void"] else ""
         cells.append(
             [
@@ -59,11 +62,22 @@ def table(summary: Mapping[str, Any]) -> Cells:
                 *([", ".join(row["variation"]) or "-"] if varied else []),
                 f"{row['n_success']} / {row['n_episodes']}",
                 percent(row["pc_success"]),
-                f"{low:.0f} - {high:.0f} %",
+                _between(row["pc_success_ci95"]),
+                *([_between(row.get("pc_success_ci95_sets"))] if over_sets else []),
                 ", ".join(filter(None, [counted(row["failures"]), void])) or "-",
             ]
         )
     return cells
+
+
+def _between(interval: Sequence[float] | None) -> str:
+    return "-" if interval is None else f"{interval[0]:.0f} - {interval[1]:.0f} %"
+
+
+def interval(row: Mapping[str, Any]) -> Sequence[float]:
+    """The 95 % interval of a row's rate [%], for other demonstrations too where that is known."""
+    bounds: Sequence[float] = row.get("pc_success_ci95_sets", row["pc_success_ci95"])
+    return bounds
 
 
 def paper_cells(protocol: Protocol, summary: Mapping[str, Any]) -> Cells:
@@ -90,12 +104,17 @@ def percent(value: float | None) -> str:
 
 
 def headline(protocol: Protocol, summary: Mapping[str, Any]) -> str:
-    """The result in two sentences: the best rows that learned, and the expert's, not varied."""
-    rows = [
-        (label(entry), row)
+    """The result in two sentences: the best rows that learned, and the expert's.
+
+    Of the rows in the nominal world, if there are any.
+    """
+    every = [
+        (entry, row)
         for entry, row in zip(protocol.entries, summary["rows"], strict=True)
-        if row["pc_success"] is not None and not entry.variation
+        if row["pc_success"] is not None
     ]
+    nominal = [(entry, row) for entry, row in every if not entry.variation]
+    rows = [(label(entry), row) for entry, row in nominal or every]
     learned = [(name, row) for name, row in rows if row["demonstrations"] is not None]
     most = max((row["pc_success"] for _, row in learned), default=None)
     best = [(name, row) for name, row in learned if row["pc_success"] == most]
@@ -118,7 +137,7 @@ def headline(protocol: Protocol, summary: Mapping[str, Any]) -> str:
 
 
 def _dressed(row: Mapping[str, Any]) -> str:
-    low, high = row["pc_success_ci95"]
+    low, high = interval(row)
     return (
         f"{row['n_success']} of {row['n_episodes']} arms ({percent(row['pc_success'])}, "
         f"95 % interval {low:.0f} to {high:.0f} %)"

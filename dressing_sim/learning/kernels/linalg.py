@@ -3,10 +3,6 @@
 import numpy as np
 from numba import njit
 
-# Sums may be reordered and fused (that is what makes them vectorise); NaN and infinity keep their
-# meaning, which plain ``fastmath=True`` would give up.
-FAST = {"reassoc", "contract", "nsz", "arcp"}
-
 
 @njit(cache=True, error_model="numpy")
 def cholesky(matrix: np.ndarray, factor: np.ndarray) -> bool:

@@ -56,6 +56,8 @@ def condition(
 ) -> None:
     """Conditional mean and covariance of the output given ``query``, fused over the frames.
 
+    Both are NaN where a frame's conditional covariance is not definite.
+
     ``logs`` (P, K), ``component`` (K, o) and ``moments`` (4, o, o) are working memory.
     """
     n_frames, n_components, n_inputs = input_means.shape
@@ -94,12 +96,18 @@ def condition(
             mean[:] = centre
             covariance[:] = local
             return
-        invert_definite(local, inverse)
+        if np.isnan(invert_definite(local, inverse)):
+            mean[:] = np.nan
+            covariance[:] = np.nan
+            return
         for o in range(n_outputs):
             for q in range(n_outputs):
                 precision[o, q] += inverse[o, q]
                 weighted[o] += inverse[o, q] * centre[q]
-    invert_definite(precision, covariance)
+    if np.isnan(invert_definite(precision, covariance)):
+        mean[:] = np.nan
+        covariance[:] = np.nan
+        return
     for o in range(n_outputs):
         value = 0.0
         for q in range(n_outputs):
