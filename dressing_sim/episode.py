@@ -154,7 +154,8 @@ class Episode:
             return self.void(self.world.void_reason)
         beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
         if beyond > 0.0:
-            return self._unreachable(beyond)
+            told = f"the path leads {beyond:.3g} m beyond {FARTHEST:g} m from the robot's base"
+            return self._unreachable(beyond, told)
         config = self.config.tracking
         trajectory = track_path(
             path,
@@ -167,7 +168,7 @@ class Episode:
         )
         error = max(self.start_error, trajectory.max_error)
         if error > config.max_error:
-            return self._unreachable(error)
+            return self._unreachable(error, f"the robot stays {error:.3g} m from the path")
         return self.play(trajectory, observer)
 
     def void(self, reason: str) -> Recording:
@@ -175,8 +176,8 @@ class Episode:
         outcome = Outcome(False, void=reason)
         return Recording(outcome, None, None, self.start[None], broke=reason)
 
-    def _unreachable(self, error: float) -> Recording:
-        failure = Failure("ik_unreachable", f"the robot stays {error:.3g} m from the path")
+    def _unreachable(self, error: float, detail: str) -> Recording:
+        failure = Failure("ik_unreachable", detail)
         outcome = Outcome(False, (failure,), {"tracking_error": error})
         return Recording(outcome, None, None, self.start[None])
 

@@ -233,3 +233,10 @@ def test_where_the_baseline_fails(failed, expected):
 def test_whether_every_policy_fails_somewhere(percent, expected):
     rows = {"iA": 20, "rA": percent, "bA": 60, "iB": 20, "rB": 60, "bB": 40, "i7": 80}
     assert verdict("every_policy_fails_somewhere", **rows, n=100) == expected
+
+
+def test_a_void_episode_is_no_proof_that_a_policy_dresses_all():
+    rows = {"iA": 20, "rA": 60, "bA": 60, "iB": 20, "rB": 60, "bB": 40, "i7": 80}
+    results = [r for r in table(n=20, **rows) if r.entry != Entry("tp-gmm-rf", "case_a")]
+    results += episodes(Entry("tp-gmm-rf", "case_a"), [SUCCESS] * 19 + [VOID])
+    assert judged(results)["every_policy_fails_somewhere"].verdict == "undecided"

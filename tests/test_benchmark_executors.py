@@ -252,6 +252,18 @@ def test_a_scheduler_that_does_not_answer_is_an_error_in_one_line(monkeypatch):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("address", ["nonsense", "foo://x:1", "tcp://x", ""])
+def test_what_is_no_address_is_refused_before_a_client_is_made(address, monkeypatch):
+    """One of no address would keep the process waiting as it ends."""
+
+    def made(*_, **__):
+        raise AssertionError("a client was made")
+
+    monkeypatch.setattr(distributed, "Client", made)
+    with pytest.raises(InvalidInputError, match="nobody answers"):
+        DaskWorkers(address)
+
+
 def test_a_cluster_without_workers_is_an_error(tmp_path, monkeypatch):
     with dask_cluster(tmp_path, 0) as cluster:
         monkeypatch.setattr(executors, "_PATIENCE", 2.0)

@@ -259,6 +259,17 @@ def test_an_unknown_setting_is_one_line(ran, capsys, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_folder_with_a_run_of_another_command_is_left_alone(ran, capsys, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "settings.json").write_text("{}")
+    with pytest.raises(SystemExit) as stopped:
+        main(["validate", "--workers", "1", "--out", "run"])
+    assert stopped.value.code == 2
+    assert "run holds a run of another command" in capsys.readouterr().err
+    assert ran == []
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["settings.json"]
+
+
 def test_the_report_says_what_the_summary_says(tmp_path):
     made = trials(default={3: outcome(STUCK, strain=0.4)})
     summary = compare(made, CHOSEN)

@@ -120,6 +120,10 @@ def test_arguments_that_are_none_are_exit_code_2(arguments, capsys, folder):
         ("learn text.h5", "not HDF5"),
         ("learn text.h5 --policy nobody", "unknown policy 'nobody'; valid is one of"),
         ("planar --demos none.npz", "no file none.npz"),
+        ("learn " + 300 * "x", "no such file"),
+        ("dress --posture bent10 --policy " + 300 * "x", "no such file"),
+        ("evaluate --out " + 300 * "x", "cannot be written"),
+        ("dress --posture bent10 --video film.mp4 --width 641", "valid for MP4 are even numbers"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2_and_nothing_is_written(

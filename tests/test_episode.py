@@ -151,7 +151,7 @@ def test_an_unreachable_path_is_reported_and_not_simulated(posture, far):
     recording = episode.follow(path, 0.05)
     assert recording.outcome.reasons == ("ik_unreachable",)
     assert recording.outcome.figures["tracking_error"] > 0.3
-    assert "from the path" in recording.outcome.failures[0].detail
+    assert "the path" in recording.outcome.failures[0].detail
     assert not recording.outcome.success
     assert recording.outcome.void is None
     assert recording.trace is None
