@@ -18,7 +18,8 @@ from dressing_sim.benchmark.replay import learned_source
 from dressing_sim.benchmark.report.text import verdict
 from dressing_sim.benchmark.runner import dress_job
 from dressing_sim.benchmark.store import EpisodeResult, load_run
-from dressing_sim.benchmark.validation import FINEST, agreement, settings
+from dressing_sim.benchmark.validation import FINEST, settings
+from dressing_sim.benchmark.validation_summary import agreement
 from dressing_sim.commands.options import processors
 from dressing_sim.episode import EpisodeConfig
 from dressing_sim.errors import InvalidInputError

@@ -23,9 +23,10 @@ import psutil
 
 from dressing_sim.benchmark import runner
 from dressing_sim.benchmark.executors import Workers
-from dressing_sim.benchmark.plan import demonstration_seed
-from dressing_sim.benchmark.runner import Work
-from dressing_sim.benchmark.store import EpisodeResult
+from dressing_sim.benchmark.plan import demonstration_seed, make_plan
+from dressing_sim.benchmark.protocol import Entry, Protocol
+from dressing_sim.benchmark.runner import Work, run_plan
+from dressing_sim.benchmark.store import EpisodeResult, open_run
 from dressing_sim.cli import main
 from dressing_sim.demonstration import Demonstration
 from dressing_sim.judge import Failure, Outcome
@@ -187,6 +188,19 @@ def run_script():
     folder = Path(sys.argv.pop(1))
     runner.run_plan = partial(runner.run_plan, work=fake_work(folder))
     main(sys.argv[1:])
+
+
+def small_plan(folder):
+    """Sixteen episodes: the operator and one policy on eight postures."""
+    suite = write_suite(folder / "suite.json", 8)
+    return make_plan(Protocol("p", suite, (Entry("expert"), Entry("tp-gmm", "case_a"))))
+
+
+def run(folder, plan, workers):
+    """Run a plan; returns the bytes of its episodes."""
+    with open_run(folder / "run", plan) as opened:
+        run_plan(opened, workers, work=fake_work(folder))
+    return (folder / "run/episodes.jsonl").read_bytes()
 
 
 if __name__ == "__main__":

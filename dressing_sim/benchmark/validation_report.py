@@ -12,7 +12,8 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from dressing_sim.benchmark.report import markdown_table
-from dressing_sim.benchmark.validation import COMPARED, CONVERGED, DEFAULT, FINEST, PATHS, Trial
+from dressing_sim.benchmark.validation import CONVERGED, DEFAULT, FINEST, PATHS, Trial
+from dressing_sim.benchmark.validation_summary import COMPARED
 from dressing_sim.files import write_text
 from dressing_sim.judge import Thresholds
 

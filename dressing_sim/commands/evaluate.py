@@ -119,7 +119,8 @@ def evaluate(
 
 
 def _workers(count: int | None, scheduler: str | None) -> Workers:
-    from dressing_sim.benchmark.executors import DaskWorkers, Processes
+    from dressing_sim.benchmark.dask_workers import DaskWorkers
+    from dressing_sim.benchmark.executors import Processes
 
     if scheduler is not None:
         return DaskWorkers(scheduler)

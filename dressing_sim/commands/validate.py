@@ -59,11 +59,11 @@ def validate(
         CONVERGED,
         DEFAULT,
         FINEST,
-        compare,
         settings,
     )
     from dressing_sim.benchmark.validation import validate as study
     from dressing_sim.benchmark.validation_report import validation_table, write_validation
+    from dressing_sim.benchmark.validation_summary import compare
 
     workers = processors() if workers is None else workers
     check_positive("workers", workers)
