@@ -167,8 +167,8 @@ def test_the_numbers_are_in_the_sentence_and_in_plain_values():
     low, high = numbers["pc_difference_ci95"]
     assert low < numbers["pc_difference"] < high
     for part in (
-        f"tp-gmm-rf on case_a {100 * numbers['rows'][0]['n_success'] / 39:.0f} %",
-        f"{numbers['pc_difference']:+.0f} points",
+        f"tp-gmm-rf on case_a {100 * numbers['rows'][0]['n_success'] / 39:.3g} %",
+        f"{numbers['pc_difference']:+.3g} points",
         f"{low:+.0f} to {high:+.0f}",
         "39 episodes, 1 void left out",
     ):

@@ -149,7 +149,7 @@ def test_the_table_has_every_row_with_the_numbers_of_the_summary(full):
         void = f" ({row['n_void']} void)" if row["n_void"] else ""
         printed = PAPER_TABLE.get((row["policy"], row["demonstrations"] or ""))
         paper = f" {printed[0]} / {printed[1]}" if printed else ""
-        rate = f"{row['pc_success']:.0f} %"
+        rate = f"{row['pc_success']:.3g} %"
         told = (
             f"{row['policy']}{shown} {row['n_success']} / {row['n_episodes']}{void} {rate}{paper}"
         )
@@ -190,7 +190,7 @@ def test_claims_and_comparisons_are_those_of_the_summary(full):
         a, b = (pair_label(pair[side]) for side in "ab")
         (line,) = [line for line in lines if line.startswith(f"{a} less {b} ")]
         assert f" {pair['n_only_a']} / {pair['n_only_b']} " in line
-        assert line.endswith(f" {pair['pc_difference']:+.0f}")
+        assert line.endswith(f" {pair['pc_difference']:+.3g}")
 
 
 def test_sets_settings_versions_and_the_command_are_there(full):
@@ -237,7 +237,7 @@ def test_one_row_is_a_page_whatever_became_of_it(outcomes):
     protocol = Protocol("p", "s", (Entry("tp-gmm", "case_a"),))
     _, parsed, summary = render(protocol, results_of(protocol, [outcomes]))
     (row,) = summary["rows"]
-    rate = "-" if row["pc_success"] is None else f"{row['pc_success']:.0f} %"
+    rate = "-" if row["pc_success"] is None else f"{row['pc_success']:.3g} %"
     assert any(
         line.startswith("tp-gmm shown case_a") and rate in line for line in parsed.words("tr")
     )

@@ -237,7 +237,7 @@ def test_claims_comparisons_sets_and_hard_postures_are_in_the_report(full):
         assert f"**{claim['verdict']}**: {claim['statement']}. {claim['detail']}" in text
     for pair in summary["comparisons"]:
         low, high = pair["pc_difference_ci95"]
-        difference = f"{pair['pc_difference']:+.0f} | {low:+.0f} to {high:+.0f}"
+        difference = f"{pair['pc_difference']:+.3g} | {low:+.0f} to {high:+.0f}"
         counts = f"| {pair['n_pairs']} | {pair['n_only_a']} | {pair['n_only_b']} |"
         assert f"{counts} {difference} |" in text
     sets = " | ".join(f"{s['n_success']} / {s['n_episodes']}" for s in summary["rows"][1]["sets"])

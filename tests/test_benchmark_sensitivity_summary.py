@@ -165,8 +165,8 @@ def test_the_table_has_a_line_for_each_threshold_and_a_column_for_each_row():
     assert {len(line) for line in lines} == {len(heading)}
     strain = dict(zip(heading, lines[NAMES.index("strain")], strict=True))
     assert strain["value"] == f"{RULES.strain:g}"
-    assert strain["expert"] == "88 / 88 / 50 %"
-    assert strain["tp-gmm on case_a"] == "50 / 50 / 88 %"
+    assert strain["expert"] == "87.5 / 87.5 / 50 %"
+    assert strain["tp-gmm on case_a"] == "50 / 50 / 87.5 %"
     assert strain["ranking turned by 20 %"] == "yes"
     assert strain["meaning and source"] == documentation(Thresholds)["strain"]
     assert len(sensitivity_table(summary)[0]) == len(heading) - 1

@@ -181,14 +181,14 @@ def _sentence(entries: Sequence[Entry], measured: Contrast) -> str:
     if not measured.n:
         return f"no valid episode in common: {', '.join(map(label, entries))}"
     rates = ", ".join(
-        f"{label(entry)} {100.0 * successes / measured.n:.0f} %"
+        f"{label(entry)} {100.0 * successes / measured.n:.3g} %"
         for entry, successes in zip(entries, measured.successes, strict=True)
     )
     what = "difference" if len(entries) == 2 else "difference of gains"
     low, high = (100.0 * bound for bound in measured.interval)
     void = f", {measured.n_void} void left out" if measured.n_void else ""
     return (
-        f"{rates}: {what} {100.0 * measured.estimate:+.0f} points, 95 % interval {low:+.0f} to "
+        f"{rates}: {what} {100.0 * measured.estimate:+.3g} points, 95 % interval {low:+.0f} to "
         f"{high:+.0f}, over the same {measured.n} episodes{void}"
     )
 

@@ -54,4 +54,4 @@ def _cells(successes: int, trials: int) -> list[str]:
 
 
 def _rate(successes: int, trials: int) -> str:
-    return f"{100.0 * successes / trials:.0f} % ({successes} / {trials})" if trials else "-"
+    return f"{100.0 * successes / trials:.3g} % ({successes} / {trials})" if trials else "-"

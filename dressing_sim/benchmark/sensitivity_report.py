@@ -110,7 +110,7 @@ def turned_table(summary: Mapping[str, Any]) -> list[list[str]]:
 
 def _difference(pair: Mapping[str, Any]) -> str:
     low, high = pair["pc_difference_ci95"]
-    return f"{pair['pc_difference']:+.0f} ({low:+.0f} to {high:+.0f}), p = {pair['p_mcnemar']:.3f}"
+    return f"{pair['pc_difference']:+.3g} ({low:+.0f} to {high:+.0f}), p = {pair['p_mcnemar']:.3f}"
 
 
 def sensitivity_markdown(summary: Mapping[str, Any], command: str) -> str:

@@ -117,8 +117,8 @@ def _column(*parts: str | None) -> str:
 def _cell(row: Mapping[str, Any], pair: Mapping[str, Any] | None) -> str:
     if row["pc_success"] is None:
         return "-"
-    rate = f"{row['pc_success']:.0f} %"
+    rate = f"{row['pc_success']:.3g} %"
     if pair is None or pair["pc_difference"] is None:
         return rate
     low, high = pair["pc_difference_ci95"]
-    return f"{rate} ({pair['pc_difference']:+.0f}, {low:+.0f} to {high:+.0f})"
+    return f"{rate} ({pair['pc_difference']:+.3g}, {low:+.0f} to {high:+.0f})"

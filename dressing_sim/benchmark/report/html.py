@@ -26,7 +26,7 @@ _FILTERS: Mapping[str, Callable[[Any], str]] = {
     "percent": text.percent,
     "place": lambda value: f"{value:.2f}%",
     "plain": lambda value: f"{value:.4g}",
-    "signed": lambda value: "-" if value is None else f"{value:+.0f}",
+    "signed": lambda value: "-" if value is None else f"{value:+.3g}",
     "fraction": lambda value: "-" if value is None else f"{value:.2f}",
     "whole": lambda value: f"{value:.0f}",
     "unbroken": lambda value: value.replace(" %", "\u00a0%"),

@@ -116,7 +116,7 @@ def _pair_cells(pairs: Sequence[Mapping[str, Any]]) -> Cells:
                 str(pair["n_pairs"]),
                 str(pair["n_only_a"]),
                 str(pair["n_only_b"]),
-                f"{pair['pc_difference']:+.0f}" if judged else "-",
+                f"{pair['pc_difference']:+.3g}" if judged else "-",
                 f"{low:+.0f} to {high:+.0f}",
                 f"{pair['p_mcnemar']:.3f}",
                 f"{pair['probability_of_improvement']:.2f}" if judged else "-",

@@ -99,8 +99,11 @@ def _in_cell(text: str) -> str:
 
 
 def percent(value: float | None) -> str:
-    """A percentage for people; a rate of no trials is a dash."""
-    return "-" if value is None else f"{value:.0f} %"
+    """A percentage for people; a rate of no trials is a dash.
+
+    Of three digits, so that of two hundred episodes rates and their differences are exact.
+    """
+    return "-" if value is None else f"{value:.3g} %"
 
 
 def headline(protocol: Protocol, summary: Mapping[str, Any]) -> str:
