@@ -79,5 +79,9 @@ def _rendering() -> Iterator[Finding]:
     faults = {backend: probe(backend) for backend in BACKENDS}
     for backend, fault in faults.items():
         yield Finding(f"pictures through {backend}", fault is None, fault or "works", needed=False)
-    if all(faults.values()):
+    wanted = os.environ.get("MUJOCO_GL", "").lower()
+    if faults.get(wanted):
+        told = f"MUJOCO_GL={wanted}, which does not work here; unset it"
+        yield Finding("pictures", False, told, needed=False)
+    elif all(faults.values()):
         yield Finding("pictures", False, INSTALL_HINT, needed=False)

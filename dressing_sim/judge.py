@@ -65,18 +65,12 @@ class Thresholds:
     """Strain and force may exceed their thresholds for no longer than this in one go [s]."""
 
     def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            "thresholds",
-            (
-                "gripper_distance",
-                "strain",
-                "strain_percentile",
-                "grip_force",
-                "link_force",
-            ),
-            ("hold_time", "moment"),
-        )
+        check_numbers(self, "thresholds", (), ("hold_time", "moment"))
+        for name in ("gripper_distance", "strain", "strain_percentile", "grip_force", "link_force"):
+            if not getattr(self, name) > 0.0:  # a limit may be infinite, which switches it off
+                raise InvalidInputError(
+                    f"thresholds: {name} is {getattr(self, name)}, valid is > 0"
+                )
         if not np.isfinite(self.armscye_s):
             raise InvalidInputError(
                 f"thresholds: armscye_s is {self.armscye_s}, valid is a finite number"

@@ -130,3 +130,14 @@ def test_a_worker_with_other_versions_is_refused(tmp_path, monkeypatch):
         pytest.raises(InvalidInputError, match=r"has mujoco [1-9].*, valid is 0\.1"),
     ):
         DaskWorkers(cluster.address)
+
+
+def test_a_call_that_is_cancelled_keeps_nobody_waiting(tmp_path):
+    (tmp_path / "hold").touch()
+    with dask_cluster(tmp_path, 1) as cluster, DaskWorkers(cluster.address) as workers:
+        futures = [workers.submit(try_square, tmp_path, number) for number in (0, 1)]
+        wait_until(lambda: tries(tmp_path, 0))
+        assert futures[1].cancel()
+        (tmp_path / "hold").unlink()
+        assert futures[0].result() == 0
+    assert futures[1].cancelled()

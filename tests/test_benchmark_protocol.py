@@ -174,3 +174,9 @@ def test_a_protocol_without_demonstration_sets_is_an_error():
 def test_an_unknown_protocol_is_an_error_that_says_what_is_valid():
     with pytest.raises(InvalidInputError, match=r"'nope'; valid is one of paper"):
         find_protocol("nope")
+
+
+def test_the_default_policy_goes_by_its_name_with_settings_too():
+    names = ["default", "default?end_radius=0", "tp-gmm"]
+    found = find_protocol("paper").with_policies(names)
+    assert list(dict.fromkeys(e.policy for e in found.entries)) == ["tp-gmm", "tp-gmm?end_radius=0"]

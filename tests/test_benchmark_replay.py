@@ -12,8 +12,9 @@ from dressing_sim.benchmark.runner import Work, run_plan
 from dressing_sim.benchmark.store import load_run, open_run
 from dressing_sim.cli import main
 from dressing_sim.episode import EpisodeConfig
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.judge import Thresholds
+from dressing_sim.video import Film
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.sleeve import SleeveConfig
 
@@ -110,6 +111,21 @@ def test_the_command_says_that_it_is_identical_and_films_it(finished, tmp_path, 
     assert output.splitlines()[0].startswith("expert, test: ")
     assert "identical to the recorded episode, to the bit" in output
     assert film.read_bytes().startswith(b"GIF")
+
+
+def test_what_differs_is_told_though_there_is_no_film(
+    tampered, capsys, tmp_path, monkeypatch, opengl
+):
+    def broken(*_):
+        raise DressingSimError("no film today")
+
+    monkeypatch.setattr(Film, "write", broken)
+    with pytest.raises(SystemExit) as stopped:
+        main(["replay", str(tampered), str(LEARNED), "--video", str(tmp_path / "film.mp4")])
+    assert stopped.value.code != 0
+    output = capsys.readouterr().err
+    assert "not the recorded outcome" in output
+    assert "no film today" in output
 
 
 def test_the_command_fails_if_the_outcome_is_another(tampered, capsys):

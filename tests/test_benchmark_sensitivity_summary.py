@@ -291,3 +291,17 @@ def test_bootstrap_intervals_start_anew_for_each_pair():
     turns = threshold_of(summary, "strain")["turned"]
     assert len({json.dumps(turn["before"]) for turn in turns}) == 1
     assert sensitivity_summary.TOLERATED == (0.8, 1.2)
+
+
+def test_a_verdict_that_is_not_known_counts_neither_way_and_only_for_its_factor():
+    results = episodes(lambda row, name, factor: 20)
+    figures = dict(results[0].outcome.figures)
+    del figures[verdict_name("strain", 1.5)]
+    results[0] = replace(results[0], outcome=replace(results[0].outcome, figures=figures))
+    summary = summarise(PAIR, results, RULES, {})
+    strain, force = (threshold_of(summary, name)["rows"][0] for name in ("strain", "grip_force"))
+    assert strain["n_episodes"] == force["n_episodes"] == 40
+    assert strain["n_success"] == [20] * (len(FACTORS) - 1) + [19]
+    assert strain["pc_success"][-1] == pytest.approx(100.0 * 19 / 39)
+    assert force["n_success"] == [20] * len(FACTORS)
+    assert summary["n_void"] == 0

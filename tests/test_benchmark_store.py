@@ -230,6 +230,19 @@ def test_other_versions_are_refused(plan, folder):
         pass
 
 
+@pytest.mark.parametrize("resume", [False, True])
+def test_what_a_convergence_study_left_is_not_replaced(plan, folder, resume):
+    folder.mkdir(parents=True)
+    for name in ("convergence.svg", "episodes.jsonl", "summary.json"):
+        (folder / name).write_text("hers")
+    with (
+        pytest.raises(InvalidInputError, match="dressing-sim validate"),
+        open_run(folder, plan, resume),
+    ):
+        pass
+    assert (folder / "episodes.jsonl").read_text() == "hers"
+
+
 def test_a_run_stays_locked_while_its_report_is_made(plan, folder):
     with open_run(folder, plan) as run:
         run.sort()  # this replaces the file of its episodes
@@ -244,7 +257,7 @@ def test_a_run_stays_locked_while_its_report_is_made(plan, folder):
 
 def test_two_processes_cannot_write_to_one_run(plan, folder, tmp_path):
     code = (
-        "import fcntl, os, sys; file = os.open(sys.argv[1], os.O_RDONLY);"
+        "import fcntl, sys; file = open(sys.argv[1] + '/.lock', 'a');"
         "fcntl.flock(file, fcntl.LOCK_EX); print(flush=True); sys.stdin.read()"
     )
     fill(folder, plan, [])

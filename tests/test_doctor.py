@@ -62,3 +62,12 @@ def test_without_pictures_evaluation_still_works(quick, monkeypatch, capsys):
     assert not found["pictures"]["needed"]
     assert "apt install" in found["pictures"]["detail"]
     assert found["pictures through egl"]["detail"] == "no egl"
+
+
+def test_a_backend_that_was_asked_for_and_does_not_work_is_told(quick, monkeypatch):
+    monkeypatch.setattr(rendering, "probe", lambda name: "broken" if name == "osmesa" else None)
+    assert "pictures" not in findings()
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    found = findings()["pictures"]
+    assert not found.ok
+    assert "MUJOCO_GL=osmesa" in found.detail

@@ -5,6 +5,8 @@ from learning_tasks import reaching_demonstrations, reaching_situation
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import BoundsSampler, Policy, TimeTPGMM, TrajectoryTPGMM, augment
 from dressing_sim.learning.augmented import AugmentedTPGMM
+from dressing_sim.learning.demonstrations import SyntheticDemonstration
+from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.storage import Storable
 
 START = np.zeros(3)
@@ -119,3 +121,12 @@ def test_every_fit_starts_from_the_policy_that_was_given(experts, situation):
 def test_a_policy_of_another_kind_is_an_error_at_once():
     with pytest.raises(InvalidInputError, match="TimeTPGMM, valid is a TrajectoryTPGMM"):
         AugmentedTPGMM(policy=TimeTPGMM(4))
+
+
+def test_noise_needs_no_situations():
+    """In one dimension there are no rotations to draw."""
+    line = np.linspace(0.0, 1.0, 40)[:, None] ** 1.5
+    frames = Frame(np.eye(1), [0.0]), Frame(np.eye(1), [1.0])
+    experts = [SyntheticDemonstration(scale * line, 0.1, frames) for scale in (1.0, 1.1)]
+    policy = AugmentedTPGMM("noise", max_iterations=3).fit(experts)
+    assert np.isfinite(policy.generate(frames, [0.0])).all()

@@ -105,3 +105,9 @@ def test_a_number_that_cannot_be_meant_is_an_error_that_names_it(kind, name, val
 def test_values_that_are_not_settings_are_an_error(values):
     with pytest.raises(InvalidInputError):
         from_plain(Outer, values)
+
+
+def test_a_limit_may_be_switched_off_and_a_robot_need_not_be_drawn_to_its_rest():
+    limits = dict.fromkeys(("strain", "grip_force", "link_force", "gripper_distance"), inf)
+    assert Thresholds(**limits).grip_force == inf
+    assert TrackingConfig(posture_cost=0.0).posture_cost == 0.0

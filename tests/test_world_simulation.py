@@ -1,3 +1,5 @@
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -264,3 +266,15 @@ def test_a_copy_goes_on_with_the_same_bits_and_leaves_the_original_alone(world):
     other.release()
     assert world.holding
     assert world.data.eq_active.all()
+
+
+@pytest.mark.parametrize("step", [3, 4])
+def test_a_world_says_when_it_broke_down_also_after_mujoco_has_set_its_clock_back(world, step):
+    begun = world.time
+    for number in range(6):
+        if number == step:
+            world.data.qvel[-1] = np.nan
+        world.step()
+    dt = world.config.solver.timestep
+    told = float(re.search(r"([\d.]+) s after", world.void_reason)[1])
+    assert begun + (step - 1) * dt <= told + 1e-9 <= begun + step * dt + 2e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
 from functools import partial
 from typing import Any
@@ -100,10 +100,9 @@ def _pass_on(future: Future[Any], remote: Any) -> None:
     Dask's own executor asks for the result first and for its status afterwards; in between a dying
     worker can take the result with it, and what was a success is then unpacked as an error.
     """
+    if not future.set_running_or_notify_cancel():
+        return
     try:
         future.set_result(remote.result())
-    except CancelledError:
-        future.cancel()
-        future.set_running_or_notify_cancel()
     except Exception as error:  # whatever the call raised is the caller's
         future.set_exception(error)

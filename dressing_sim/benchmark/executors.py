@@ -206,9 +206,12 @@ def _alone(
 
 def _died(workers: Workers, future: Future[Any]) -> bool:
     try:
-        return isinstance(future.exception(), workers.deaths)
+        found = future.exception()
     except CancelledError as error:
-        raise DressingSimError("the work was cancelled: the scheduler is gone") from error
+        found = error
+    if isinstance(found, CancelledError):
+        raise DressingSimError("the work was cancelled: the scheduler is gone") from found
+    return isinstance(found, workers.deaths)
 
 
 def single_threaded(function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:

@@ -33,9 +33,15 @@ BUILT_IN: Mapping[str, Method | None] = {
 DEFAULT = "tp-gmm"
 
 
+def known_name(name: str) -> str:
+    """The name, perhaps with settings after it, with what ``default`` stands for in its place."""
+    stem, mark, settings = name.partition("?")
+    return f"{DEFAULT}{mark}{settings}" if stem == "default" else name
+
+
 def is_built_in(name: str) -> bool:
     """Whether a name, perhaps with settings after it, is of a policy with `PaperSettings`."""
-    return split_settings(name)[0] in ("default", *BUILT_IN)
+    return split_settings(known_name(name))[0] in BUILT_IN
 
 
 def make_policy(name: str, seed: int = 0) -> Policy:
@@ -52,8 +58,7 @@ def make_policy(name: str, seed: int = 0) -> Policy:
         InvalidInputError: There is no such policy or setting, or the policy lacks `fit` or
             `generate`.
     """
-    stem, settings = split_settings(name)
-    stem = DEFAULT if stem == "default" else stem
+    stem, settings = split_settings(known_name(name))
     if stem in BUILT_IN:
         try:
             chosen = PaperSettings() if settings is None else settings_from_text(settings)

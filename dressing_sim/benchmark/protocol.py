@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.policies import DEFAULT, EXPERT
+from dressing_sim.benchmark.policies import EXPERT, known_name
 from dressing_sim.benchmark.suites import load_suite
 from dressing_sim.errors import InvalidInputError
 
@@ -72,7 +72,7 @@ class Protocol:
         variations = dict.fromkeys(e.variation for e in self.entries)
         entries = [
             Entry(name, demonstrations, variation)
-            for name in dict.fromkeys(DEFAULT if name == "default" else name for name in names)
+            for name in dict.fromkeys(map(known_name, names))
             for demonstrations in ([None] if name == EXPERT else shown)
             for variation in variations
         ]

@@ -18,7 +18,7 @@ from dressing_sim.benchmark.protocol import Entry, Protocol
 from dressing_sim.benchmark.runner import job_result
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.episode import EpisodeConfig, Observer, Recording, record
-from dressing_sim.judge import Outcome, Thresholds, judge, stopped
+from dressing_sim.judge import Thresholds, judge, stopped
 from dressing_sim.learning import Policy
 from dressing_sim.operator import Operator
 from dressing_sim.world.simulation import World
@@ -97,7 +97,7 @@ def verdicts(
     shoulder: NDArray[np.float64],
     rules: Thresholds,
     strain: Mapping[float, NDArray[np.float64]],
-) -> dict[str, float] | None:
+) -> dict[str, float]:
     """Judge one episode under every variant of the rules.
 
     Args:
@@ -107,8 +107,8 @@ def verdicts(
         strain: Strain after each control step, shape (n,), by percentile.
 
     Returns:
-        1 for a success, else 0, by `verdict_name`; 0 throughout if the robot never moved. None if
-        the simulation broke down in a dressing that a variant would not have stopped before.
+        1 for a success, else 0, by `verdict_name`; 0 throughout if the robot never moved. Left out
+        are variants that would not have stopped the robot before the simulation broke down.
     """
     trace = recording.trace
     found = {}
@@ -117,7 +117,7 @@ def verdicts(
         if trace is not None:
             known = replace(trace, strain=strain[variant.strain_percentile])
             if recording.broke is not None and stopped(known, variant) is None:
-                return None
+                continue
             success = judge(known, shoulder, recording.finished, variant).success
         found[verdict_name(name, factor)] = float(success)
     return found
@@ -145,8 +145,5 @@ def dress_job(
     outcome = recording.outcome
     if outcome.void is None:
         judged = verdicts(recording, posture.shoulder, rules, reader.columns)
-        if judged is None:
-            outcome = Outcome(False, void=recording.broke)
-        else:
-            outcome = replace(outcome, figures={**outcome.figures, **judged})
+        outcome = replace(outcome, figures={**outcome.figures, **judged})
     return job_result(job, posture, drawn, outcome)

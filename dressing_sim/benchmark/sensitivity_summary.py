@@ -18,7 +18,7 @@ from dressing_sim.benchmark.sensitivity import FACTORS, NAMES, scaled, verdict_n
 from dressing_sim.benchmark.statistics import Row, compare, wilson_interval
 from dressing_sim.benchmark.store import EpisodeResult
 from dressing_sim.demonstration import versions
-from dressing_sim.judge import Thresholds
+from dressing_sim.judge import Outcome, Thresholds
 
 #: A threshold is acceptable if no factor from the first to the second turns the ranking of two
 #: rows round beyond their intervals.
@@ -97,31 +97,26 @@ def _sensitivity(protocol: Protocol, results: Sequence[EpisodeResult], name: str
 
 
 def _rows(results: Sequence[EpisodeResult], name: str, factor: float) -> dict[Entry, Row]:
-    """Success of each row with one threshold multiplied."""
+    """Success of each row with one threshold multiplied; void where no verdict is known."""
     figure = verdict_name(name, factor)
-    return rows_by_entry(
-        [
-            replace(
-                result,
-                outcome=replace(
-                    result.outcome, success=result.outcome.figures.get(figure, 0.0) == 1.0
-                ),
-            )
-            for result in results
-        ]
-    )
+
+    def judged(outcome: Outcome) -> Outcome:
+        if outcome.void is not None or figure in outcome.figures:
+            return replace(outcome, success=outcome.figures.get(figure) == 1.0)
+        return replace(outcome, success=False, void="the simulation broke down")
+
+    return rows_by_entry([replace(result, outcome=judged(result.outcome)) for result in results])
 
 
 def _rates(entry: Entry, rows: Sequence[Row]) -> dict[str, Any]:
     """Success rates of an entry, given its row for each factor."""
     valid = [[success for success in row.values() if success is not None] for row in rows]
-    n = len(valid[0])
-    intervals = [wilson_interval(sum(successes), n) for successes in valid]
+    intervals = [wilson_interval(sum(successes), len(successes)) for successes in valid]
     return {
         **entry.to_dict(),
-        "n_episodes": n,
+        "n_episodes": max(map(len, valid)),
         "n_success": [sum(successes) for successes in valid],
-        "pc_success": [100.0 * sum(successes) / n if n else None for successes in valid],
+        "pc_success": [100.0 * sum(one) / len(one) if one else None for one in valid],
         "pc_success_ci95": [[100.0 * low, 100.0 * high] for low, high in intervals],
     }
 

@@ -25,6 +25,12 @@ from dressing_sim.judge import Failure, Outcome
 SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
 DEMONSTRATIONS = "demonstrations"
 
+#: The picture of a convergence study, which has no settings; a folder with one is none of a run.
+CONVERGENCE = "convergence.svg"
+
+#: A file that is locked while a run goes on; the others are replaced as they are written.
+_LOCK = ".lock"
+
 #: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
 _OWN_DEMONSTRATION = re.compile(r"set\d+-.*-[0-9a-f]{8}\.h5")
 
@@ -224,6 +230,10 @@ def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
         earlier = _read_settings(path)
         if resume and earlier is not None:
             _check_same(path, earlier, settings)
+        if earlier is None and (path / CONVERGENCE).exists():
+            raise InvalidInputError(
+                f"{path} holds what 'dressing-sim validate' left; choose another --out"
+            )
         if not resume and earlier is not None and not (path / SUMMARY).exists():
             raise InvalidInputError(
                 f"{path} holds an unfinished run; continue it with --resume, or choose another "
@@ -241,21 +251,22 @@ def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
 def _locked(path: Path) -> Iterator[None]:
     """Keep other processes from running in a folder, which is made if it is not there.
 
-    The folder itself is locked: the files in it are replaced as they are written.
+    Raises:
+        InvalidInputError: Another process is, or the folder cannot be written to.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
-        folder = os.open(path, os.O_RDONLY)
+        file = (path / _LOCK).open("ab")
     except OSError as error:
         raise unwritable(path, error) from error
-    try:
+    with file:
         try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
             raise InvalidInputError(f"{path}: another process is running in it") from error
+        except OSError as error:
+            raise unwritable(path / _LOCK, error) from error
         yield
-    finally:
-        os.close(folder)
 
 
 def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any], goes_on: bool) -> OpenRun:

@@ -12,6 +12,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from dressing_sim.benchmark.report import markdown_table
+from dressing_sim.benchmark.store import CONVERGENCE
 from dressing_sim.benchmark.validation import CONVERGED, DEFAULT, FINEST, PATHS, Trial
 from dressing_sim.benchmark.validation_summary import COMPARED
 from dressing_sim.files import write_text
@@ -183,5 +184,5 @@ def write_validation(
     )
     write_text(folder / "episodes.jsonl", "".join(line + "\n" for line in lines))
     write_text(folder / "summary.json", json.dumps(summary, indent=2) + "\n")
-    write_text(folder / "convergence.svg", convergence_figure(trials))
+    write_text(folder / CONVERGENCE, convergence_figure(trials))
     write_text(folder / "report.md", validation_markdown(summary, command))

@@ -40,8 +40,8 @@ def dress(
         video: film to write: .mp4 or .gif.
         camera: front, close or above.
         fps: pictures a second.
-        width: of a picture, in pixels.
-        height: of a picture, in pixels.
+        width: of a picture, in pixels; even for .mp4.
+        height: of a picture, in pixels; even for .mp4.
         json: print the outcome as JSON.
     """
     from dressing_sim.benchmark.suites import find_posture

@@ -34,8 +34,8 @@ def replay(
         video: film to write: .mp4 or .gif.
         camera: front, close or above.
         fps: pictures a second.
-        width: of a picture, in pixels.
-        height: of a picture, in pixels.
+        width: of a picture, in pixels; even for .mp4.
+        height: of a picture, in pixels; even for .mp4.
         json: print the outcome as JSON.
     """
     from dressing_sim.benchmark.differences import differences
@@ -63,11 +63,12 @@ def replay(
         print_outcome(f"{result.entry.policy}{learned}, {result.posture.name}", result.outcome)
         if not found:
             print("identical to the recorded episode, to the bit")
-    if film is not None and video is not None:
-        film.write(video, again.posture, again.config.world, camera, width, height)
-        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
     if found:
         reasons = [*differences(dict(run.versions), versions(), "then", "now"), *found]
         told = "\n  ".join(reasons)
         print(f"dressing-sim: not the recorded outcome:\n  {told}", file=sys.stderr)
+    if film is not None and video is not None:
+        film.write(video, again.posture, again.config.world, camera, width, height)
+        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
+    if found:
         raise SystemExit(1)

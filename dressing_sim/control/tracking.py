@@ -59,8 +59,8 @@ class TrackingConfig:
         check_numbers(
             self,
             "tracking",
-            ("dt", "max_speed", "position_cost", "posture_cost", "max_error"),
-            ("smoothing", "tilt_cost"),
+            ("dt", "max_speed", "position_cost", "max_error"),
+            ("smoothing", "tilt_cost", "posture_cost"),
         )
 
 

@@ -37,7 +37,8 @@ class AugmentedTPGMM:
         noise_reference: the signal that the ratio refers to, see ``noise_deviation``.
 
     Attributes:
-        policy: the improved policy once fitted; before, what was given.
+        policy: the improved policy once fitted; before, a copy of what was given. To change what
+            a fit starts from, make another ``AugmentedTPGMM``.
         costs: the cost with 0, 1, 2, ... synthetic demonstrations accepted, once fitted.
         tried: the number of candidates tried until each of these was accepted, 0 for the first.
 
@@ -101,7 +102,7 @@ class AugmentedTPGMM:
             rng=np.random.default_rng(self.seed),
             method=self.method,
             policy=self._initial,
-            sampler=self.sampler(demonstrations),
+            sampler=None if self.method == "noise" else self.sampler(demonstrations),
             max_demonstrations=self.max_demonstrations,
             max_iterations=self.max_iterations,
             snr_db=self.snr_db,

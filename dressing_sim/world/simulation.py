@@ -121,7 +121,8 @@ class World:
 
         The fingers lose the cloth if it pulls harder than they can hold it.
         """
-        self._last_sound = self.time
+        if self.void_reason is None:
+            self._last_sound = self.time
         mujoco.mj_step(self.model, self.data)
         share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
         self._load = self._load + share * (self.grip_force - self._load)
