@@ -196,3 +196,26 @@ def test_small_and_large_arms_are_two_standard_deviations_off_the_median(sex):
     assert (relative > 0.0).all()
     assert (relative < 0.25).all()
     assert set(ARM_SIZES) == {s + n for s in ARM_VARIATION for n in ("_small", "", "_large")}
+
+
+@pytest.mark.parametrize(
+    ("size", "elbow", "wrist"),
+    [
+        ("male", (0.3805, -0.039268153, 0.14172385), (0.476097451, 0.189117787, 0.210644019)),
+        ("female", (0.388, -0.051135457, 0.147007514), (0.475042037, 0.156811275, 0.20975973)),
+    ],
+)
+def test_an_arm_with_all_its_angles_is_where_it_has_always_been(size, elbow, wrist):
+    """Every published number depends on the order of the rotations and on the arms' sizes."""
+    posture = Posture("bent", 66, 30, 48, 65, size=size)
+    np.testing.assert_allclose(posture.elbow, elbow, atol=1e-8)
+    np.testing.assert_allclose(posture.wrist, wrist, atol=1e-8)
+
+
+def test_ranges_of_the_angles_are_those_of_the_left_arm():
+    assert dict(ANGLE_LIMITS_DEG) == {
+        "flexion_deg": (-60.0, 180.0),
+        "abduction_deg": (-50.0, 180.0),
+        "rotation_deg": (-90.0, 70.0),
+        "elbow_deg": (0.0, 150.0),
+    }

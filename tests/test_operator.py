@@ -110,3 +110,18 @@ def test_a_vertical_forearm_or_upper_arm_has_a_path_that_rounding_does_not_turn(
     nudged = path(Posture("nudged", *angles[:3], abs(angles[3] - 1e-10)), config=steady())
     assert np.isfinite(points).all()
     np.testing.assert_allclose(nudged, points, atol=1e-6)
+
+
+def test_the_operator_leads_as_always():
+    """Every published number depends on its waypoints, speed and shaking."""
+    points = path(BENT)
+    assert len(points) == 378
+    expected = [
+        (0.424588287, 0.072782107, 0.259768823),
+        (0.366668081, -0.066687116, 0.236555398),
+        (0.293979298, -0.20221406, 0.171945201),
+        (0.409963902, -0.190282207, 0.274949349),
+        (0.502093709, -0.238035174, 0.321773348),
+    ]
+    places = [int(share * (len(points) - 1)) for share in (0.2, 0.4, 0.6, 0.8, 1.0)]
+    np.testing.assert_allclose(points[places], expected, atol=1e-8)
