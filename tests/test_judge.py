@@ -297,6 +297,11 @@ def test_figures_are_the_ends_and_the_extremes():
     trace.link_force[11, 1] = [3.0, 4.0, 12.0]
     trace.link_normal_force[12, 2] = 0.4 * RULES.link_force
     trace.grip_force[9] = 1.5 * RULES.grip_force
+    for peak, column in enumerate(("strain", "strain_median", "strain_max", "tracking_error")):
+        getattr(trace, column)[20 + peak] = 0.2 + 0.01 * peak
+    # On the way a sleeve may have been further on than in the end.
+    trace.armscye_s[30] = trace.armscye_s[-1] + 0.2
+    trace.dressed_ratio[30] = trace.dressed_ratio[-1] + 0.1
     figures = verdict(trace).figures
     assert figures["duration"] == pytest.approx(ROWS * DT)
     assert figures["armscye_s"] == trace.armscye_s[-1]
@@ -306,6 +311,8 @@ def test_figures_are_the_ends_and_the_extremes():
     assert figures["line_triangle_on"] == 1.0
     assert figures["line_triangle_ratio"] == trace.line_triangle_ratio[-1, 0]
     assert figures["torque"] == 9.0
+    extremes = ("strain", "strain_median", "strain_max", "tracking_error")
+    assert [figures[name] for name in extremes] == pytest.approx([0.2, 0.21, 0.22, 0.23])
     names = ("joint_position_ratio", "joint_speed_ratio", "torque_ratio")
     assert [figures[name] for name in names] == [0.4, 0.7, 0.25]
     assert figures["grip_force"] == 1.5 * RULES.grip_force
@@ -337,8 +344,14 @@ def test_speed_near_the_arm_is_the_fastest_move_that_ends_near_it():
         (-0.5, "hand"),
         (0.01, "forearm"),
         (0.5, "forearm"),
+        (0.74, "forearm"),
+        (0.76, "elbow"),
         (1.0, "elbow"),
         (1.1, "elbow"),
+        (1.34, "elbow"),
+        (1.36, "upper arm"),
+        (1.84, "upper arm"),
+        (1.86, "shoulder"),
         (1.6, "upper arm"),
         (2.0, "shoulder"),
         (2.5, "shoulder"),

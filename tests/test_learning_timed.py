@@ -81,3 +81,13 @@ def test_unusable_settings_and_questions_are_errors():
     policy.fit(reaching_demonstrations(2))
     with pytest.raises(InvalidInputError, match="start"):
         policy.generate(frames, [0.0])
+
+
+def test_a_timed_policy_generates_what_it_always_has():
+    frames = reaching_situation(np.random.default_rng(3))
+    policy = TimeTPGMM(4, ridge=1e-4, blend=0.5).fit(reaching_demonstrations(3))
+    path = policy.generate(frames, frames[0].b)
+    assert len(path) == 120
+    expected = [(0.056319, 0.072691, -0.036655), (0.42202, 0.216864, 0.328032)]
+    np.testing.assert_allclose(path[[35, -1]], expected, atol=1e-4)
+    assert policy.cost(reaching_demonstrations(3)) == pytest.approx(0.2047821, rel=1e-3)

@@ -248,3 +248,51 @@ def test_components_that_split_by_demonstration_do_no_harm_in_the_default_order(
 def test_settings_that_no_policy_can_have_are_errors(name, value):
     with pytest.raises(InvalidInputError, match=name):
         TrajectoryTPGMM(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("settings", "cost", "points"),
+    [
+        (
+            {},
+            0.0251973,
+            [(0.324133, 0.112922, 0.487962), (0.519154, 0.207003, 0.464338)],
+        ),
+        (
+            {"position_floor": 1e-4, "displacement_floor": 1e-4, "relative_floor": False},
+            0.0100566,
+            [(0.4493, 0.18654, 0.517612), (0.674146, 0.208248, 0.577797)],
+        ),
+        (
+            {"fusion": "product-then-regression"},
+            0.0206183,
+            [(0.34465, 0.119235, 0.526772), (0.642497, 0.251172, 0.534059)],
+        ),
+        (
+            {"shrinkage": True},
+            0.0284152,
+            [(0.233673, 0.060048, 0.406534), (0.61587, 0.276268, 0.605148)],
+        ),
+        (
+            {"end_radius": 0.0, "rest_speed": 0.1},
+            0.0395747,
+            [(0.324133, 0.112922, 0.487962), (0.519154, 0.207003, 0.464338)],
+        ),
+    ],
+)
+def test_a_policy_generates_what_it_always_has(settings, cost, points):
+    """Fit, floors, fusion, shrinkage and the end of a motion, as published results have them."""
+    demonstrations = reaching_demonstrations(3)
+    frames = reaching_situation(np.random.default_rng(3))
+    policy = TrajectoryTPGMM(**settings).fit(demonstrations)
+    path = policy.generate(frames, frames[0].b)
+    places = [int(share * (len(path) - 1)) for share in (0.3, 1.0)]
+    np.testing.assert_allclose(path[places], points, atol=1e-4)
+    assert policy.cost(demonstrations) == pytest.approx(cost, rel=1e-3)
+
+
+def test_a_synthetic_motion_starts_where_the_demonstrations_say():
+    frames = reaching_situation(np.random.default_rng(3))
+    made = TrajectoryTPGMM().fit(reaching_demonstrations(3)).synthesise(frames)
+    expected = [(-0.008894, -0.071994, 0.047743), (0.520354, 0.206426, 0.472628)]
+    np.testing.assert_allclose(made.positions[[0, -1]], expected, atol=1e-4)
