@@ -18,11 +18,11 @@ from statistics import median
 
 import psutil
 
-from dressing_sim.benchmark.executors import Processes
-from dressing_sim.benchmark.plan import make_plan
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.runner import run_plan
-from dressing_sim.benchmark.store import open_run
+from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.runner import run_plan
+from dressing_sim.benchmark.run.store import open_run
 
 
 def watch(stop: threading.Event, largest: list[int]) -> None:

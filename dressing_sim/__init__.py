@@ -10,16 +10,16 @@ from typing import Any
 __version__ = "0.1.0"
 
 _PUBLIC = {
-    "Demonstration": "dressing_sim.demonstration",
-    "Outcome": "dressing_sim.judge",
+    "Demonstration": "dressing_sim.episode.demonstration",
+    "Outcome": "dressing_sim.episode.rules",
     "Policy": "dressing_sim.learning",
     "Posture": "dressing_sim.arm",
-    "demonstrate": "dressing_sim.episode",
-    "dress": "dressing_sim.episode",
-    "load_demonstrations": "dressing_sim.demonstration",
-    "load_suite": "dressing_sim.benchmark.suites",
-    "sample_postures": "dressing_sim.benchmark.distribution",
-    "save_demonstrations": "dressing_sim.demonstration",
+    "demonstrate": "dressing_sim.episode.record",
+    "dress": "dressing_sim.episode.record",
+    "load_demonstrations": "dressing_sim.episode.demonstration",
+    "load_suite": "dressing_sim.suites.suites",
+    "sample_postures": "dressing_sim.suites.distribution",
+    "save_demonstrations": "dressing_sim.episode.demonstration",
 }
 
 __all__ = sorted([*_PUBLIC, "__version__"])

@@ -18,10 +18,10 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.dress import dress
     from dressing_sim.commands.evaluate import evaluate
     from dressing_sim.commands.learn import learn
+    from dressing_sim.commands.planar import planar
     from dressing_sim.commands.replay import replay
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.validate import validate
-    from dressing_sim.planar.command import planar
 
     return {
         "evaluate": evaluate,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dressing_sim.demonstration import versions
+from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError
 
 
@@ -58,23 +58,23 @@ def _robot() -> str:
 
 
 def _simulation() -> str:
-    from dressing_sim.benchmark.suites import load_suite
-    from dressing_sim.episode import Episode
+    from dressing_sim.episode.dressing import Episode
+    from dressing_sim.suites.suites import load_suite
 
     episode = Episode(load_suite("paper5")[0])
-    if episode.world.void_reason is not None:
-        raise DressingSimError(episode.world.void_reason)
+    if episode.world.invalid_reason is not None:
+        raise DressingSimError(episode.world.invalid_reason)
     return f"the sleeve has settled in {episode.world.time:.2f} s of simulated time"
 
 
 def _suites() -> str:
-    from dressing_sim.benchmark.suites import load_suite, suite_names
+    from dressing_sim.suites.suites import load_suite, suite_names
 
     return ", ".join(f"{name} ({len(load_suite(name))})" for name in suite_names())
 
 
 def _rendering() -> Iterator[Finding]:
-    from dressing_sim.world.rendering import BACKENDS, INSTALL_HINT, probe
+    from dressing_sim.pictures.rendering import BACKENDS, INSTALL_HINT, probe
 
     faults = {backend: probe(backend) for backend in BACKENDS}
     for backend, fault in faults.items():

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Files: those that come with the package, and new ones that are either whole or not there."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from dressing_sim.errors import InvalidInputError
+
+
+def assets() -> Path:
+    """The assets folder: inside the installed package, or at the top of a source checkout."""
+    package = Path(__file__).resolve().parent
+    installed = package / "assets"
+    return installed if installed.is_dir() else package.parent / "assets"
 
 
 @contextmanager

@@ -10,16 +10,17 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.suites import find_posture
-from dressing_sim.benchmark.validation import path_of
-from dressing_sim.episode import Episode, EpisodeConfig
+from dressing_sim.benchmark.studies.convergence import path_of
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.rules import Outcome, Thresholds
 from dressing_sim.files import replacing
-from dressing_sim.judge import Outcome, Thresholds
-from dressing_sim.world.rendering import OffscreenRenderer
+from dressing_sim.pictures.rendering import OffscreenRenderer
+from dressing_sim.pictures.strain_colours import COLOURS
+from dressing_sim.suites.suites import find_posture
 from dressing_sim.world.scene import grip_start
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
-from dressing_sim.world.strain_colours import COLOURS
 
 POSTURE, SEED = "bent55", 0
 FILE = Path("docs/strain.png")
@@ -59,7 +60,7 @@ def main() -> None:
             axes.imshow(renderer.draw(state, "close"))
             verdict = "success" if outcome.success else ", ".join(outcome.reasons)
             axes.set_title(
-                f"{kind} path: {verdict}; {100 * outcome.figures['strain']:.0f} %", fontsize=10
+                f"{kind} path: {verdict}; {100 * outcome.metrics['strain']:.0f} %", fontsize=10
             )
             axes.axis("off")
     scale = ScalarMappable(

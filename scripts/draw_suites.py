@@ -12,11 +12,11 @@ from pathlib import Path
 
 import tyro
 
-from dressing_sim.assets_path import assets
-from dressing_sim.benchmark.distribution import DRAWN_SUITES
-from dressing_sim.benchmark.posture_figures import distance_table, draw_postures
-from dressing_sim.benchmark.suites import load_suite, write_suite
+from dressing_sim.benchmark.report.postures import distance_table, draw_postures
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import assets
+from dressing_sim.suites.distribution import DRAWN_SUITES
+from dressing_sim.suites.suites import load_suite, write_suite
 
 SUITES = assets() / "suites"
 

@@ -16,12 +16,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.cost_report import cost_table
-from dressing_sim.benchmark.paper_table import next_to_paper
+from dressing_sim.benchmark.analysis.paper_table import next_to_paper
 from dressing_sim.benchmark.report import markdown_table, table
-from dressing_sim.benchmark.sensitivity_report import sensitivity_table, turned_table
-from dressing_sim.benchmark.side_by_side import settings_table, variation_table
-from dressing_sim.benchmark.validation_report import differing_table, validation_table
+from dressing_sim.benchmark.report.side_by_side import settings_table, variation_table
+from dressing_sim.benchmark.studies.convergence_report import differing_table, validation_table
+from dressing_sim.benchmark.studies.cost_report import cost_table
+from dressing_sim.benchmark.studies.thresholds_report import sensitivity_table, turned_table
 from dressing_sim.files import write_text
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -13,15 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from dressing_sim.benchmark.executors import Processes, completed
-from dressing_sim.benchmark.replay import learned_source
+from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.text import verdict
-from dressing_sim.benchmark.runner import dress_job
-from dressing_sim.benchmark.store import EpisodeResult, load_run
-from dressing_sim.benchmark.validation import FINEST, settings
-from dressing_sim.benchmark.validation_summary import agreement
+from dressing_sim.benchmark.run.executors import Processes, completed
+from dressing_sim.benchmark.run.replay import learned_source
+from dressing_sim.benchmark.run.runner import dress_job
+from dressing_sim.benchmark.run.store import load_run
+from dressing_sim.benchmark.studies.convergence import FINEST, settings
+from dressing_sim.benchmark.studies.convergence_summary import agreement
 from dressing_sim.commands.options import processors
-from dressing_sim.episode import EpisodeConfig
+from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 
 
@@ -53,7 +54,7 @@ def main() -> None:
         for index, future in completed(workers, again, calls):
             here, there = recorded[index], future.result().outcome
             dressed = [dressed[0] + here.success, dressed[1] + there.success]
-            void += there.void is not None
+            void += there.invalid is not None
             agree = agreement(here, there)
             same += agree
             if not agree:

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from dressing_sim.benchmark.suites import load_suite
-from dressing_sim.episode import Episode, Recording, demonstrate, record
+from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.record import demonstrate, record
+from dressing_sim.episode.recording import Recording
 from dressing_sim.errors import DressingSimError
-from dressing_sim.operator import Operator
-from dressing_sim.world.rendering import gl_backend
+from dressing_sim.pictures.rendering import gl_backend
+from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.simulation import World
 
 # The same examples in every run, however long the machine takes for one.

@@ -21,15 +21,15 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from dressing_sim.benchmark import runner
-from dressing_sim.benchmark.executors import Workers
-from dressing_sim.benchmark.plan import demonstration_seed, make_plan
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.runner import Work, run_plan
-from dressing_sim.benchmark.store import EpisodeResult, open_run
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.benchmark.run import runner
+from dressing_sim.benchmark.run.executors import Workers
+from dressing_sim.benchmark.run.plan import demonstration_seed, make_plan
+from dressing_sim.benchmark.run.runner import Work, run_plan
+from dressing_sim.benchmark.run.store import open_run
 from dressing_sim.cli import main
-from dressing_sim.demonstration import Demonstration
-from dressing_sim.judge import Failure, Outcome
+from dressing_sim.episode.demonstration import Demonstration
+from dressing_sim.episode.rules import Failure, Outcome
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.
 DEADLINE = 180.0

@@ -3,20 +3,19 @@
 import numpy as np
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.judge import Failure, Outcome
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.episode.rules import Failure, Outcome
 
-FIGURES = {"armscye_s": 1.93, "strain": 0.081, "grip_force": 1.25}
-SUCCESS = Outcome(True, figures=FIGURES)
+METRICS = {"armscye_s": 1.93, "strain": 0.081, "grip_force": 1.25}
+SUCCESS = Outcome(True, metrics=METRICS)
 STUCK = Outcome(
     False,
     (Failure("stuck", "at the elbow", 7.0, 1.0), Failure("over_strain", "too far", 3.0, 1.0)),
-    FIGURES,
+    METRICS,
 )
-HIT = Outcome(False, (Failure("hit", "the robot touched head", 2.0, 0.5),), FIGURES)
+HIT = Outcome(False, (Failure("hit", "the robot touched head", 2.0, 0.5),), METRICS)
 UNREACHABLE = Outcome(False, (Failure("ik_unreachable", "far"),), {"tracking_error": 0.5})
-VOID = Outcome(False, void="solver warning BADQACC at 1.20 s")
+VOID = Outcome(False, invalid="solver warning BADQACC at 1.20 s")
 
 EXPERT = Entry("expert")
 SMALL = Protocol("small", "five", (EXPERT, Entry("tp-gmm", "case_a"), Entry("mine", "case_b")))

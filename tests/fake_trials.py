@@ -1,8 +1,15 @@
 """Made-up trials of a convergence study."""
 
-from dressing_sim.benchmark.validation import CONVERGED, DEFAULT, FINEST, PATHS, Setting, Trial
-from dressing_sim.episode import EpisodeConfig
-from dressing_sim.judge import Failure, Outcome
+from dressing_sim.benchmark.studies.convergence import (
+    CONVERGED,
+    DEFAULT,
+    FINEST,
+    PATHS,
+    Setting,
+    Trial,
+)
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.rules import Failure, Outcome
 
 NAMES = (DEFAULT, FINEST, CONVERGED, "coarse mesh")
 CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in NAMES)

@@ -31,17 +31,17 @@ def demonstrate(
         seed: of the operator's variability.
         json: print what was recorded as JSON.
     """
-    from dressing_sim.benchmark.plan import posture_seed
-    from dressing_sim.benchmark.suites import load_suite
-    from dressing_sim.demonstration import save_demonstrations
-    from dressing_sim.episode import demonstrate as record_one
+    from dressing_sim.benchmark.run.plan import posture_seed
+    from dressing_sim.episode.demonstration import save_demonstrations
+    from dressing_sim.episode.record import demonstrate as record_one
+    from dressing_sim.suites.suites import load_suite
 
     check_seed(seed)
     check_writable(out)
     recorded, lines = [], []
     for posture in load_suite(suite):
         demonstration, outcome = record_one(posture, posture_seed(seed, posture))
-        verdict = "success" if outcome.success else outcome.void or ", ".join(outcome.reasons)
+        verdict = "success" if outcome.success else outcome.invalid or ", ".join(outcome.reasons)
         print(f"{posture.name}: {verdict}", file=sys.stderr)
         if demonstration is None or not outcome.success:
             raise DressingSimError(

@@ -12,7 +12,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file
 
 if TYPE_CHECKING:
-    from dressing_sim.episode import PathSource
+    from dressing_sim.episode.record import PathSource
 
 
 def dress(
@@ -44,8 +44,9 @@ def dress(
         height: of a picture, in pixels; even for .mp4.
         json: print the outcome as JSON.
     """
-    from dressing_sim.benchmark.suites import find_posture
-    from dressing_sim.episode import EpisodeConfig, record
+    from dressing_sim.episode.config import EpisodeConfig
+    from dressing_sim.episode.record import record
+    from dressing_sim.suites.suites import find_posture
 
     arm = find_posture(posture)
     check_seed(seed)
@@ -67,10 +68,10 @@ def dress(
 
 
 def _source(policy: str) -> PathSource:
-    from dressing_sim.benchmark.policies import EXPERT
+    from dressing_sim.episode.operator import Operator
     from dressing_sim.learning import Policy
     from dressing_sim.learning.storage import load_model
-    from dressing_sim.operator import Operator
+    from dressing_sim.policies.registry import EXPERT
 
     if policy == EXPERT:
         return Operator()

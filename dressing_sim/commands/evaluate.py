@@ -23,9 +23,9 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 
 if TYPE_CHECKING:
-    from dressing_sim.benchmark.executors import Workers
-    from dressing_sim.benchmark.runner import Progress
-    from dressing_sim.benchmark.store import OpenRun
+    from dressing_sim.benchmark.run.executors import Workers
+    from dressing_sim.benchmark.run.runner import Progress
+    from dressing_sim.benchmark.run.store import OpenRun
 
 
 def evaluate(
@@ -72,12 +72,12 @@ def evaluate(
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.paper_settings import PaperSettings
-    from dressing_sim.benchmark.plan import make_plan
-    from dressing_sim.benchmark.policies import is_built_in
-    from dressing_sim.benchmark.progress import show_progress
-    from dressing_sim.benchmark.protocol import find_protocol
-    from dressing_sim.benchmark.store import open_run
+    from dressing_sim.benchmark.run.plan import make_plan
+    from dressing_sim.benchmark.run.progress import show_progress
+    from dressing_sim.benchmark.run.store import open_run
+    from dressing_sim.benchmark.studies.success import find_protocol
+    from dressing_sim.policies.paper import PaperSettings
+    from dressing_sim.policies.registry import is_built_in
 
     chosen = find_protocol(protocol)
     if chosen.kind == "cost" and (suite, policies, variation) != (None, None, None):
@@ -119,8 +119,8 @@ def evaluate(
 
 
 def _workers(count: int | None, scheduler: str | None) -> Workers:
-    from dressing_sim.benchmark.dask_workers import DaskWorkers
-    from dressing_sim.benchmark.executors import Processes
+    from dressing_sim.benchmark.run.dask_workers import DaskWorkers
+    from dressing_sim.benchmark.run.executors import Processes
 
     if scheduler is not None:
         return DaskWorkers(scheduler)
@@ -131,11 +131,11 @@ def _success(
     folder: OpenRun, crew: Workers, progress: Progress, command: str, pictures: bool
 ) -> tuple[dict[str, Any], list[list[list[str]]]]:
     """Summary and tables of a protocol that is made of episodes."""
-    from dressing_sim.benchmark.paper_settings import PaperSettings
     from dressing_sim.benchmark.report import paper_cells, summarise, table, write_report
     from dressing_sim.benchmark.report.pictures import FailurePictures
-    from dressing_sim.benchmark.runner import repeated_demonstrations, run_plan
-    from dressing_sim.settings import to_plain
+    from dressing_sim.benchmark.run.runner import repeated_demonstrations, run_plan
+    from dressing_sim.config import to_plain
+    from dressing_sim.policies.paper import PaperSettings
 
     plan = folder.plan
     results = run_plan(folder, crew, progress)
@@ -156,9 +156,9 @@ def _cost(
     folder: OpenRun, crew: Workers, progress: Progress, command: str
 ) -> tuple[dict[str, Any], list[list[list[str]]]]:
     """Summary and tables of what Algorithm 1 costs."""
-    from dressing_sim.benchmark.cost import run_paper_cost
-    from dressing_sim.benchmark.cost_report import cost_table, write_cost_report
-    from dressing_sim.benchmark.runner import record_demonstrations
+    from dressing_sim.benchmark.run.runner import record_demonstrations
+    from dressing_sim.benchmark.studies.cost import run_paper_cost
+    from dressing_sim.benchmark.studies.cost_report import cost_table, write_cost_report
 
     shown = record_demonstrations(folder, crew, progress)
     recorded = {name: demonstrations for (name, _), demonstrations in shown.items()}

@@ -26,9 +26,9 @@ def learn(
         out: file to write.
         json: print what was learned as JSON.
     """
-    from dressing_sim.benchmark.policies import make_policy
-    from dressing_sim.demonstration import load_demonstrations
+    from dressing_sim.episode.demonstration import load_demonstrations
     from dressing_sim.learning.storage import Storable, save_model
+    from dressing_sim.policies.registry import make_policy
 
     fresh = make_policy(policy)
     if not isinstance(fresh, Storable):

@@ -17,8 +17,8 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 
 if TYPE_CHECKING:
-    from dressing_sim.judge import Outcome
-    from dressing_sim.video import Film
+    from dressing_sim.episode.rules import Outcome
+    from dressing_sim.pictures.video import Film
 
 
 def check_positive(name: str, value: int) -> None:
@@ -66,8 +66,8 @@ def new_film(video: Path | None, camera: str, fps: int, width: int, height: int)
         check_positive(option, number)
     if video is None:
         return None
-    from dressing_sim.video import Film, check_format
-    from dressing_sim.world.rendering import CAMERAS, gl_backend
+    from dressing_sim.pictures.rendering import CAMERAS, gl_backend
+    from dressing_sim.pictures.video import Film, check_format
 
     check_format(video, width, height)
     check_writable(video)
@@ -95,9 +95,9 @@ def print_table(cells: Sequence[Sequence[str]]) -> None:
 
 def print_outcome(name: str, outcome: Outcome) -> None:
     """Print a verdict with its reasons and figures."""
-    print(f"{name}: {'success' if outcome.success else outcome.void or 'failure'}")
+    print(f"{name}: {'success' if outcome.success else outcome.invalid or 'failure'}")
     for failure in outcome.failures:
         when = "" if failure.time is None else f" at {failure.time:.2f} s"
         print(f"  {failure.reason}{when}: {failure.detail}")
-    for figure, value in outcome.figures.items():
+    for figure, value in outcome.metrics.items():
         print(f"  {figure:18} {value:.3f}")

@@ -38,10 +38,10 @@ def replay(
         height: of a picture, in pixels; even for .mp4.
         json: print the outcome as JSON.
     """
-    from dressing_sim.benchmark.differences import differences
-    from dressing_sim.benchmark.replay import replay_episode
-    from dressing_sim.benchmark.store import load_run
-    from dressing_sim.demonstration import versions
+    from dressing_sim.benchmark.run.differences import differences
+    from dressing_sim.benchmark.run.replay import replay_episode
+    from dressing_sim.benchmark.run.store import load_run
+    from dressing_sim.episode.demonstration import versions
 
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared

@@ -49,19 +49,19 @@ def thresholds(
         resume: continue the run in the folder, if there is one, with the same settings.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.executors import Processes
-    from dressing_sim.benchmark.plan import make_plan
-    from dressing_sim.benchmark.progress import show_progress
-    from dressing_sim.benchmark.runner import Work, run_plan
-    from dressing_sim.benchmark.sensitivity import PROTOCOL, dress_job
-    from dressing_sim.benchmark.sensitivity_report import (
+    from dressing_sim.benchmark.run.executors import Processes
+    from dressing_sim.benchmark.run.plan import make_plan
+    from dressing_sim.benchmark.run.progress import show_progress
+    from dressing_sim.benchmark.run.runner import Work, run_plan
+    from dressing_sim.benchmark.run.store import open_run
+    from dressing_sim.benchmark.studies.thresholds import PROTOCOL, dress_job
+    from dressing_sim.benchmark.studies.thresholds_report import (
         sensitivity_table,
         write_sensitivity_report,
     )
-    from dressing_sim.benchmark.sensitivity_summary import summarise
-    from dressing_sim.benchmark.store import open_run
-    from dressing_sim.episode import EpisodeConfig
-    from dressing_sim.settings import to_plain
+    from dressing_sim.benchmark.studies.thresholds_summary import summarise
+    from dressing_sim.config import to_plain
+    from dressing_sim.episode.config import EpisodeConfig
 
     protocol = replace(PROTOCOL, suite=suite)
     if policies is not None:

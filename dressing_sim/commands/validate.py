@@ -51,19 +51,14 @@ def validate(
         out: folder for the results.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.executors import Processes
-    from dressing_sim.benchmark.progress import show_progress
-    from dressing_sim.benchmark.store import SETTINGS
-    from dressing_sim.benchmark.suites import load_suite
-    from dressing_sim.benchmark.validation import (
-        CONVERGED,
-        DEFAULT,
-        FINEST,
-        settings,
-    )
-    from dressing_sim.benchmark.validation import validate as study
-    from dressing_sim.benchmark.validation_report import validation_table, write_validation
-    from dressing_sim.benchmark.validation_summary import compare
+    from dressing_sim.benchmark.run.executors import Processes
+    from dressing_sim.benchmark.run.progress import show_progress
+    from dressing_sim.benchmark.run.store import SETTINGS
+    from dressing_sim.benchmark.studies.convergence import CONVERGED, DEFAULT, FINEST, settings
+    from dressing_sim.benchmark.studies.convergence import validate as study
+    from dressing_sim.benchmark.studies.convergence_report import validation_table, write_validation
+    from dressing_sim.benchmark.studies.convergence_summary import compare
+    from dressing_sim.suites.suites import load_suite
 
     workers = processors() if workers is None else workers
     check_positive("workers", workers)

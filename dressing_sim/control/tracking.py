@@ -14,26 +14,16 @@ import numpy as np
 import pink
 import pinocchio as pin
 from numpy.typing import NDArray
-from pink.limits.limit import Limit
 from pink.tasks import FrameTask, PostureTask
 
+from dressing_sim.config import check_numbers
 from dressing_sim.control.kinematics import PandaKinematics
-from dressing_sim.settings import check_numbers
+from dressing_sim.control.limits import MAX_ACCELERATION, JointLimitConstraint
+from dressing_sim.control.retiming import retime, smooth
 from dressing_sim.world.panda import HOME, TCP_BODY
 
 #: The hand pointing down, fingers opening along the base's y axis.
 _HAND_DOWN = np.diag([1.0, -1.0, -1.0])
-
-#: Largest joint accelerations of a command [rad/s^2]: half of what the Panda's control interface
-#: accepts. A servo that is asked for more than its torque saturates, falls behind and overshoots.
-MAX_ACCELERATION = (7.5, 3.75, 5.0, 6.25, 7.5, 10.0, 10.0)
-
-#: Share of the joints' speed limits that commands use: next to a person half is plenty, and the
-#: servos overshoot by a few per cent.
-SPEED_SHARE = 0.5
-
-#: Commands stay this far within the joints' position limits, for the same reason [rad].
-POSITION_MARGIN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,94 +76,6 @@ class JointTrajectory:
         return float(self.errors.max())
 
 
-def retime(
-    path: NDArray[np.float64],
-    path_dt: float,
-    dt: float,
-    max_speed: float,
-    max_duration: float = np.inf,
-) -> NDArray[np.float64]:
-    """Sample a path every `dt` seconds, slowing it down where it is faster than allowed.
-
-    Args:
-        path: Positions, shape (n, d), one each `path_dt` seconds [m].
-        path_dt: Time between two rows [s].
-        dt: Time between two rows of the result [s].
-        max_speed: Largest speed of the result [m/s].
-        max_duration: What comes later is left out [s].
-
-    Returns:
-        Positions, shape (m, d): the path's first to its last point along the same polyline.
-    """
-    durations = np.linalg.norm(np.diff(path, axis=0), axis=1) / max_speed
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(durations, path_dt))])
-    end = min(times[-1], max_duration)
-    samples = np.append(np.arange(0.0, end, dt), end)
-    return np.column_stack([np.interp(samples, times, column) for column in path.T])
-
-
-def smooth(points: NDArray[np.float64], dt: float, window: float) -> NDArray[np.float64]:
-    """Round the corners of a sampled path; its ends stay, and it takes `window` longer.
-
-    Args:
-        points: Positions, shape (n, d), one each `dt` seconds [m].
-        dt: Time between two rows [s].
-        window: Length of the Hann window that the path is convolved with [s].
-
-    Returns:
-        Positions, shape (n + round(window / dt), d) [m].
-    """
-    half = round(0.5 * window / dt)
-    if half == 0:
-        return points
-    weights = np.hanning(2 * half + 3)[1:-1]
-    padded = np.pad(points, ((2 * half, 2 * half), (0, 0)), mode="edge")
-    return np.column_stack(
-        [np.convolve(column, weights / weights.sum(), mode="valid") for column in padded.T]
-    )
-
-
-class _JointLimits(Limit):
-    """Bounds on the joints' next move, which all are bounds on each joint alone.
-
-    Its speed stays below its limit, changes by no more than the largest acceleration a, and is so
-    low that the joint can still come to rest within the distance d to its end of travel:
-    ``v dt + v^2 / 2 a <= d`` (a step at v, then braking). Whoever keeps this keeps it one step
-    later by braking, so there always is a solution.
-
-    Args:
-        model: The robot.
-        acceleration: Largest acceleration of each joint, shape (n,) [rad/s^2]; may be infinite.
-    """
-
-    def __init__(self, model: pin.Model, acceleration: NDArray[np.float64]) -> None:
-        self.lower = model.lowerPositionLimit + POSITION_MARGIN
-        self.upper = model.upperPositionLimit - POSITION_MARGIN
-        self._speed = SPEED_SHARE * model.velocityLimit
-        self._acceleration = acceleration
-        self._sides = np.vstack([np.eye(model.nv), -np.eye(model.nv)])
-        self.velocity = np.zeros(model.nv)
-        """What the joints last moved with [rad/s]."""
-
-    def _fastest(
-        self, room: NDArray[np.float64], now: NDArray[np.float64], dt: float
-    ) -> NDArray[np.float64]:
-        """Largest speed towards one side, from the room and the speed now in its direction."""
-        a = self._acceleration
-        if np.isinf(a).any():
-            return np.minimum(self._speed, room / dt)
-        stopping = np.sqrt((a * dt) ** 2 + 2.0 * a * np.maximum(room, 0.0)) - a * dt
-        return np.maximum(np.minimum(np.minimum(self._speed, stopping), now + a * dt), now - a * dt)
-
-    def compute_qp_inequalities(
-        self, configuration: pink.Configuration, dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Matrix G and vector h of ``G move <= h``."""
-        up = self._fastest(self.upper - configuration.q, self.velocity, dt)
-        down = self._fastest(configuration.q - self.lower, -self.velocity, dt)
-        return self._sides, dt * np.concatenate([up, down])
-
-
 class _InverseKinematics:
     """The quadratic program of one control step, and the configuration it moves."""
 
@@ -186,7 +88,7 @@ class _InverseKinematics:
     ) -> None:
         model = kinematics.model
         self._dt = config.dt
-        self._limits = _JointLimits(model, acceleration)
+        self._limits = JointLimitConstraint(model, acceleration)
         start = np.clip(q, self._limits.lower, self._limits.upper)
         self.configuration = pink.Configuration(model, model.createData(), start)
         # The third rotation, about the hand's own axis, costs nothing.

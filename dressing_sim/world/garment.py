@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from dressing_sim.config import check_numbers
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.settings import check_numbers
 
 
 @dataclass(frozen=True, slots=True)

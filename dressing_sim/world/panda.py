@@ -15,8 +15,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from dressing_sim.config import check_numbers
 from dressing_sim.errors import DressingSimError, InvalidInputError
-from dressing_sim.settings import check_numbers
 
 ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
 FINGER_JOINTS = ("panda_finger_joint1", "panda_finger_joint2")

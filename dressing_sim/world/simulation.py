@@ -121,7 +121,7 @@ class World:
 
         The fingers lose the cloth if it pulls harder than they can hold it.
         """
-        if self.void_reason is None:
+        if self.invalid_reason is None:
             self._last_sound = self.time
         mujoco.mj_step(self.model, self.data)
         share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
@@ -139,7 +139,7 @@ class World:
         self.holding = False
 
     @property
-    def void_reason(self) -> str | None:
+    def invalid_reason(self) -> str | None:
         """Why the simulation can no longer be trusted, or None while it can."""
         # MuJoCo sets a world that diverges back to its beginning, its clock included.
         when = f"{self._last_sound:.2f} s after the cloth began to fall"

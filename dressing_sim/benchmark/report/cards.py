@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from dressing_sim.benchmark.comparisons import label
+from dressing_sim.benchmark.analysis.comparisons import label
+from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.figures import HardPosture, first_failure, hardest
 from dressing_sim.benchmark.report.text import replay_command
-from dressing_sim.benchmark.store import EpisodeResult
+from dressing_sim.episode.rules import Failure
 from dressing_sim.errors import DressingSimError
-from dressing_sim.judge import Failure
 
 #: Draws a failed episode, as the bytes of a PNG file; None if there is nothing to be drawn. A
 #: DressingSimError says why no picture can be had at all.

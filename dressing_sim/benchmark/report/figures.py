@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.statistics import wilson_interval
-from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.judge import REASONS, Failure, Outcome, Thresholds
+from dressing_sim.benchmark.analysis.statistics import wilson_interval
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.episode.rules import REASONS, Failure, Outcome, Thresholds
 
 #: Widths of a bin of elbow flexion that are tried, the finest first [deg].
 _BIN_WIDTHS_DEG = (5, 10, 15, 30)
@@ -142,7 +141,7 @@ class HardPosture:
 
 def valid(results: Iterable[EpisodeResult]) -> list[EpisodeResult]:
     """Results that count: those that are not void."""
-    return [result for result in results if result.outcome.void is None]
+    return [result for result in results if result.outcome.invalid is None]
 
 
 def elbow_axis(results: Sequence[EpisodeResult]) -> Axis:

@@ -10,16 +10,15 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from dressing_sim.assets_path import assets
-from dressing_sim.benchmark.comparisons import label
-from dressing_sim.benchmark.paper_table import PAPER_TABLE
-from dressing_sim.benchmark.protocol import Protocol
+from dressing_sim.benchmark.analysis.comparisons import label
+from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
+from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.report import figures, text
 from dressing_sim.benchmark.report.cards import Picture, hard_postures
 from dressing_sim.benchmark.report.figures import Axis, Curve
-from dressing_sim.benchmark.side_by_side import side_by_side
-from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.judge import REASONS
+from dressing_sim.benchmark.report.side_by_side import side_by_side
+from dressing_sim.episode.rules import REASONS
+from dressing_sim.files import assets
 
 #: How the template writes numbers.
 _FILTERS: Mapping[str, Callable[[Any], str]] = {
@@ -75,7 +74,7 @@ def page(
         **_budget(protocol, ordered),
         cards=cards,
         pictures_missing=pictures_missing,
-        void=[(r, label(r.entry)) for r in ordered if r.outcome.void is not None],
+        invalid=[(r, label(r.entry)) for r in ordered if r.outcome.invalid is not None],
         listed=listed,
         cells=cells,
         settings=json.dumps(summary["config"], indent=2),

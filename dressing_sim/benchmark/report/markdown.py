@@ -8,9 +8,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.comparisons import label
-from dressing_sim.benchmark.protocol import Protocol
+from dressing_sim.benchmark.analysis.comparisons import label
+from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.report.figures import hardest
+from dressing_sim.benchmark.report.side_by_side import side_by_side
 from dressing_sim.benchmark.report.text import (
     COMPARISONS,
     SUCCESS_RULE,
@@ -23,8 +24,6 @@ from dressing_sim.benchmark.report.text import (
     replay_command,
     table,
 )
-from dressing_sim.benchmark.side_by_side import side_by_side
-from dressing_sim.benchmark.store import EpisodeResult
 
 
 def markdown(

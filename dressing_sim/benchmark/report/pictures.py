@@ -8,11 +8,12 @@ import imageio.v3 as imageio
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.replay import Replay, replay_episode
+from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.figures import first_failure
-from dressing_sim.benchmark.store import EpisodeResult, RunFolder
-from dressing_sim.episode import Episode
-from dressing_sim.world.rendering import OffscreenRenderer, gl_backend
+from dressing_sim.benchmark.run.replay import Replay, replay_episode
+from dressing_sim.benchmark.run.store import RunFolder
+from dressing_sim.episode.dressing import Episode
+from dressing_sim.pictures.rendering import OffscreenRenderer, gl_backend
 from dressing_sim.world.simulation import World
 
 
@@ -21,7 +22,7 @@ class FailurePictures:
 
     Args:
         folder: The run.
-        camera: One of `dressing_sim.world.rendering.CAMERAS`.
+        camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
         width: Of a picture [pixels].
         height: Of a picture [pixels].
     """

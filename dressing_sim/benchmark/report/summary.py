@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from dressing_sim.benchmark.claims import judge_claims
-from dressing_sim.benchmark.comparisons import comparisons, rows_by_entry
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.statistics import Row, rate_interval_over_sets, wilson_interval
-from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.demonstration import versions
-from dressing_sim.judge import count_reasons
+from dressing_sim.benchmark.analysis.claims import judge_claims
+from dressing_sim.benchmark.analysis.comparisons import comparisons, rows_by_entry
+from dressing_sim.benchmark.analysis.statistics import Row, rate_interval_over_sets, wilson_interval
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.episode.demonstration import versions
+from dressing_sim.episode.rules import count_reasons
 
 #: Seed of the bootstrap: the same results give the same summary.
 _BOOTSTRAP_SEED = 0
@@ -65,7 +64,7 @@ def _generator() -> np.random.Generator:
 def _row(
     entry: Entry, results: Sequence[EpisodeResult], measured: Row, n_sets: int
 ) -> dict[str, Any]:
-    valid = [result for result in results if result.outcome.void is None]
+    valid = [result for result in results if result.outcome.invalid is None]
     low, high = wilson_interval(_successes(valid), len(valid))
     row = {
         **entry.to_dict(),

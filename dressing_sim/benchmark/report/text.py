@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.comparisons import label
-from dressing_sim.benchmark.paper_table import next_to_paper
-from dressing_sim.benchmark.policies import EXPERT
-from dressing_sim.benchmark.protocol import Entry, Protocol
-from dressing_sim.benchmark.store import EpisodeResult
-from dressing_sim.judge import Outcome, count_reasons
+from dressing_sim.benchmark.analysis.comparisons import label
+from dressing_sim.benchmark.analysis.paper_table import next_to_paper
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.episode.rules import Outcome, count_reasons
+from dressing_sim.policies.registry import EXPERT
 
 #: With more episodes than this a report lists postures instead.
 MOST_EPISODES_LISTED = 60
@@ -24,7 +23,7 @@ SUCCESS_RULE = (
     "intervals for other demonstrations too. Void episodes count neither way."
 )
 
-#: What the kinds of comparison are called, see `dressing_sim.benchmark.comparisons`.
+#: What the kinds of comparison are called, see `dressing_sim.benchmark.analysis.comparisons`.
 COMPARISONS = {
     "augmentation": "with synthetic demonstrations, less without",
     "policy": "less the paper's initial policy, shown the same demonstrations",
@@ -177,7 +176,7 @@ def _episodes(results: Sequence[EpisodeResult]) -> Cells:
                 f"{result.posture.elbow_deg:.0f} deg",
                 verdict(outcome),
                 *(
-                    f"{outcome.figures[name]:.2f}{unit}" if name in outcome.figures else "-"
+                    f"{outcome.metrics[name]:.2f}{unit}" if name in outcome.metrics else "-"
                     for name, unit in (("armscye_s", ""), ("strain", ""), ("grip_force", " N"))
                 ),
             ]
@@ -187,8 +186,8 @@ def _episodes(results: Sequence[EpisodeResult]) -> Cells:
 
 def verdict(outcome: Outcome) -> str:
     """A verdict in words: success, all that went wrong, or why it is void."""
-    if outcome.void is not None:
-        return f"void: {outcome.void}"
+    if outcome.invalid is not None:
+        return f"void: {outcome.invalid}"
     return "success" if outcome.success else ", ".join(outcome.reasons)
 
 
@@ -198,7 +197,7 @@ def _postures(results: Sequence[EpisodeResult]) -> Cells:
         groups.setdefault(result.posture.name, []).append(result)
     cells = [["posture", "elbow", "dressed", "what went wrong"]]
     for name, group in groups.items():
-        outcomes = [result.outcome for result in group if result.outcome.void is None]
+        outcomes = [result.outcome for result in group if result.outcome.invalid is None]
         void = f"{len(group) - len(outcomes)} void" if len(outcomes) < len(group) else ""
         cells.append(
             [

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.protocol import Protocol
+from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.report.cards import Picture
 from dressing_sim.benchmark.report.html import page
 from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.benchmark.store import SUMMARY, EpisodeResult
+from dressing_sim.benchmark.run.store import SUMMARY
 from dressing_sim.files import write_text
 
 

@@ -1,0 +1,175 @@
+"""What the paper says of its dressing experiment, as data.
+
+A claim is about a weighted sum of success rates over the same postures and demonstration sets. The
+95 % interval of the sum decides, not its estimate: with five postures hardly anything can be told.
+
+Source: Zhu, Gienger and Kober (2022), Learning Task-Parameterized Skills from Few Demonstrations:
+the study of data generation (Noise), the dressing experiment, the conclusion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from dressing_sim.benchmark.records import Entry
+
+Verdict = Literal["confirmed", "refuted", "undecided"]
+
+#: Success rates that differ by less than this count as equal. Own choice.
+MARGIN = 0.10
+
+#: A gain that stays below this is no help worth the name. Own choice: one posture in twenty.
+NO_EFFECT = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """How the interval of a difference becomes a verdict.
+
+    Attributes:
+        criterion: The rule in words.
+        verdict: Verdict by the interval's lower and upper bound, -1 to 1 for a difference.
+    """
+
+    criterion: str
+    verdict: Callable[[float, float], Verdict]
+
+
+def _more(low: float, high: float) -> Verdict:
+    if low > 0.0:
+        return "confirmed"
+    return "refuted" if high < NO_EFFECT else "undecided"
+
+
+def _not_more(low: float, high: float) -> Verdict:
+    contrary: dict[Verdict, Verdict] = {"confirmed": "refuted", "refuted": "confirmed"}
+    verdict = _more(low, high)
+    return contrary.get(verdict, verdict)
+
+
+def _alike(low: float, high: float) -> Verdict:
+    if low >= -MARGIN and high <= MARGIN:
+        return "confirmed"
+    return "refuted" if low > MARGIN or high < -MARGIN else "undecided"
+
+
+def _no_less(low: float, high: float) -> Verdict:
+    if low >= -MARGIN:
+        return "confirmed"
+    return "refuted" if high < -MARGIN else "undecided"
+
+
+_SMALL, _WIDE = f"{100 * NO_EFFECT:.0f} points", f"{100 * MARGIN:.0f} points"
+
+#: The first is better. No gain, or next to none, refutes it as a loss does.
+MORE = Rule(f"confirmed if the interval is above 0; else refuted if it is below +{_SMALL}", _more)
+
+#: The first is not better: the contrary of `MORE`.
+NOT_MORE = Rule(
+    f"refuted if the interval is above 0; else confirmed if it is below +{_SMALL}", _not_more
+)
+
+#: Both are equally good.
+ALIKE = Rule(
+    f"confirmed if the interval is within {_WIDE} of 0, refuted if it is wholly outside", _alike
+)
+
+#: The first is as good as the second, or better.
+NO_LESS = Rule(
+    f"confirmed if the interval is above -{_WIDE}, refuted if it is wholly below", _no_less
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A claim as data.
+
+    Attributes:
+        name: Short name.
+        statement: What the paper says.
+        terms: Weight of each row's success rate in the sum that is judged.
+        rule: What decides.
+    """
+
+    name: str
+    statement: str
+    terms: tuple[tuple[int, Entry], ...]
+    rule: Rule
+
+
+CASES = {"case_a": "case A (distinct postures)", "case_b": "case B (similar postures)"}
+BASELINE = Entry("tp-gmm", "baseline7")
+
+
+def _difference(name: str, statement: str, a: Entry, b: Entry, rule: Rule) -> Hypothesis:
+    return Hypothesis(name, statement, ((1, a), (-1, b)), rule)
+
+
+def _of_case(case: str) -> list[Hypothesis]:
+    where = CASES[case]
+    initial, noise, rf, both = (
+        Entry(policy, case) for policy in ("tp-gmm", "tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+    )
+    return [
+        _difference(f"rf_helps_{case}", f"RF helps, {where}", rf, initial, MORE),
+        _difference(f"rf_noise_helps_{case}", f"RF+noise helps, {where}", both, initial, MORE),
+        _difference(
+            f"noise_does_not_help_{case}",
+            f"Noise alone overfits: it does not help in new situations, {where}",
+            noise,
+            initial,
+            NOT_MORE,
+        ),
+        _difference(
+            f"rf_beats_noise_{case}",
+            f"RF generalises better than Noise alone, {where}",
+            rf,
+            noise,
+            MORE,
+        ),
+        _difference(
+            f"rf_noise_beats_noise_{case}",
+            f"RF+noise generalises better than Noise alone, {where}",
+            both,
+            noise,
+            MORE,
+        ),
+        _difference(
+            f"rf_like_rf_noise_{case}", f"RF and RF+noise perform alike, {where}", rf, both, ALIKE
+        ),
+    ]
+
+
+def _between_cases(name: str, policy: str) -> list[Hypothesis]:
+    a, b = Entry(policy, "case_a"), Entry(policy, "case_b")
+    initial_a, initial_b = Entry("tp-gmm", "case_a"), Entry("tp-gmm", "case_b")
+    key = policy.removeprefix("tp-gmm-").replace("-", "_")
+    return [
+        Hypothesis(
+            f"case_a_gains_more_{key}",
+            f"case A gains more from {name} than case B",
+            ((1, a), (-1, initial_a), (-1, b), (1, initial_b)),
+            MORE,
+        ),
+        _difference(
+            f"case_a_ends_better_{key}", f"with {name}, case A outperforms case B", a, b, MORE
+        ),
+    ]
+
+
+#: The claims about weighted sums of success rates.
+HYPOTHESES: tuple[Hypothesis, ...] = (
+    *_of_case("case_a"),
+    *_of_case("case_b"),
+    *_between_cases("RF", "tp-gmm-rf"),
+    *_between_cases("RF+noise", "tp-gmm-rf-noise"),
+)
+
+#: Two demonstrations and synthetic ones: who may match the baseline.
+AUGMENTED: tuple[Entry, ...] = tuple(
+    Entry(policy, case)
+    for case in CASES
+    for policy in ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+)

@@ -1,0 +1,107 @@
+"""The nouns of the benchmark: a row, a protocol, and what became of one episode."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from dressing_sim.arm import Posture
+from dressing_sim.episode.rules import Outcome
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.registry import EXPERT, known_name
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One row of a table.
+
+    Attributes:
+        policy: Name of the policy.
+        demonstrations: Suite of the postures it was shown, ``NAME:n`` for the first n of them, or
+            None for the expert.
+        variation: What is drawn anew for each episode, of `dressing_sim.episode.variation.FACTORS`.
+    """
+
+    policy: str
+    demonstrations: str | None = None
+    variation: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for a summary."""
+        return {
+            "policy": self.policy,
+            "demonstrations": self.demonstrations,
+            "variation": list(self.variation),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """A table to be measured.
+
+    With S demonstration sets, test posture i is dressed by the policy that learned from set
+    ``i mod S``; each set is the same postures, demonstrated with other seeds. So all rows are
+    paired by posture and set, and a row averages over the operator's variability.
+
+    Attributes:
+        name: What it is called.
+        suite: Test postures.
+        entries: Its rows.
+        demonstration_sets: How often the demonstrated postures are demonstrated.
+        kind: Whether success in episodes is measured, or the cost of Algorithm 1 alone.
+    """
+
+    name: str
+    suite: str
+    entries: tuple[Entry, ...]
+    demonstration_sets: int = 1
+    kind: Literal["episodes", "cost"] = "episodes"
+
+    def __post_init__(self) -> None:
+        if self.demonstration_sets < 1:
+            raise InvalidInputError(
+                f"protocol {self.name!r}: demonstration_sets is {self.demonstration_sets}, "
+                "valid is 1 or more"
+            )
+
+    def with_policies(self, names: Sequence[str]) -> Protocol:
+        """The same test with other policies, each learning from every suite of demonstrations."""
+        shown = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
+        variations = dict.fromkeys(e.variation for e in self.entries)
+        entries = [
+            Entry(name, demonstrations, variation)
+            for name in dict.fromkeys(map(known_name, names))
+            for demonstrations in ([None] if name == EXPERT else shown)
+            for variation in variations
+        ]
+        return replace(self, entries=tuple(entries))
+
+    def with_variation(self, factors: Sequence[str]) -> Protocol:
+        """The same test, but these factors, and no others, are drawn anew for each episode."""
+        varied = tuple(dict.fromkeys(factors))
+        entries = dict.fromkeys(replace(entry, variation=varied) for entry in self.entries)
+        return replace(self, entries=tuple(entries))
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeResult:
+    """One line of ``episodes.jsonl``.
+
+    Attributes:
+        index: Its place in the protocol: all test postures of the first entry, then of the next.
+        entry: Row of the protocol.
+        posture: The arm that was dressed, after variation.
+        demonstration_set: Which set of demonstrations the policy learned from.
+        seed: Of the operator's variability.
+        variation: What was drawn for this episode, by factor.
+        outcome: The verdict.
+    """
+
+    index: int
+    entry: Entry
+    posture: Posture
+    demonstration_set: int
+    seed: int
+    variation: Mapping[str, Any]
+    outcome: Outcome

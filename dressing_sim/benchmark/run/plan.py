@@ -1,0 +1,181 @@
+"""What a run consists of, worked out before it starts: postures, episodes and all their seeds."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.config import from_plain, to_plain
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.demonstration import versions
+from dressing_sim.episode.variation import check_factors, vary
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.registry import EXPERT, make_policy
+from dressing_sim.suites.suites import load_suite, shown_postures
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One episode to be run.
+
+    Attributes:
+        index: Its place in the protocol: all test postures of the first entry, then of the next.
+        entry: Row of the protocol.
+        posture: The arm, before variation.
+        demonstration_set: Which set of demonstrations the policy learned from.
+        seed: Of the operator's variability.
+        variation_seed: Of what is drawn anew for this episode.
+    """
+
+    index: int
+    entry: Entry
+    posture: Posture
+    demonstration_set: int
+    seed: int
+    variation_seed: int
+
+    def situation(self, config: EpisodeConfig) -> tuple[Posture, EpisodeConfig, Mapping[str, Any]]:
+        """Posture and settings with this episode's variation, and what was drawn by factor."""
+        rng = np.random.default_rng(self.variation_seed)
+        varied = vary(self.posture, config, self.entry.variation, rng)
+        return varied.posture, varied.config, varied.drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A protocol with everything that its results depend on.
+
+    Attributes:
+        protocol: What to measure.
+        seed: Of the operator's variability, in demonstrations and where the expert is tested, of
+            the policies' own randomness, and of variation.
+        config: World, robot and rules.
+        tested: Test postures.
+        shown: Postures to demonstrate on, by the name that entries use.
+    """
+
+    protocol: Protocol
+    seed: int
+    config: EpisodeConfig
+    tested: tuple[Posture, ...]
+    shown: Mapping[str, tuple[Posture, ...]]
+
+    @property
+    def jobs(self) -> list[Job]:
+        """All episodes in their order.
+
+        Rows are paired: an episode's seeds depend on its posture, not on its row.
+        """
+        return [
+            Job(
+                index=row * len(self.tested) + column,
+                entry=entry,
+                posture=posture,
+                demonstration_set=column % self.protocol.demonstration_sets,
+                seed=posture_seed(self.seed, posture),
+                variation_seed=variation_seed(self.seed, posture),
+            )
+            for row, entry in enumerate(self.protocol.entries)
+            for column, posture in enumerate(self.tested)
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for a file, with the versions of all that a result depends on."""
+        return {
+            "protocol": {
+                **to_plain(self.protocol),
+                "entries": [to_plain(entry) for entry in self.protocol.entries],
+            },
+            "seed": self.seed,
+            "episode": to_plain(self.config),
+            "tested": [posture.to_dict() for posture in self.tested],
+            "shown": {
+                name: [posture.to_dict() for posture in postures]
+                for name, postures in self.shown.items()
+            },
+            "versions": versions(),
+        }
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Plan:
+        """The inverse of `to_dict`, but for the versions.
+
+        Raises:
+            InvalidInputError: A key is missing, or a value is not valid.
+        """
+        try:
+            entries = tuple(from_plain(Entry, entry) for entry in values["protocol"]["entries"])
+            return cls(
+                protocol=from_plain(Protocol, {**values["protocol"], "entries": entries}),
+                seed=int(values["seed"]),
+                config=from_plain(EpisodeConfig, values["episode"]),
+                tested=tuple(map(Posture.from_dict, values["tested"])),
+                shown={
+                    name: tuple(map(Posture.from_dict, postures))
+                    for name, postures in values["shown"].items()
+                },
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InvalidInputError(f"settings of a run: missing or damaged ({error})") from error
+
+
+def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = None) -> Plan:
+    """Look up everything that a protocol names, so that mistakes show before anything runs.
+
+    Raises:
+        InvalidInputError: An unknown suite, policy or factor of variation, or no rows.
+    """
+    if not protocol.entries:
+        raise InvalidInputError(f"protocol {protocol.name!r} has no rows; valid is one or more")
+    for entry in protocol.entries:
+        check_factors(entry.variation)
+        if entry.policy != EXPERT:
+            make_policy(entry.policy)
+            if entry.demonstrations is None:
+                raise InvalidInputError(
+                    f"protocol {protocol.name!r}: policy {entry.policy!r} has nothing to learn "
+                    "from; valid is a suite of demonstrations"
+                )
+    shown = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
+    return Plan(
+        protocol,
+        seed,
+        config or EpisodeConfig(),
+        tuple(load_suite(protocol.suite)),
+        {name: tuple(shown_postures(name)) for name in shown},
+    )
+
+
+def _derived(text: str) -> int:
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
+
+
+def posture_seed(seed: int, posture: Posture) -> int:
+    """Seed of the operator on a posture, so that no two postures get the same variability.
+
+    It depends on both arguments and on nothing else: not on the order, nor on the other postures.
+    """
+    return _derived(f"{seed} {posture.name}")
+
+
+def demonstration_seed(seed: int, posture: Posture, demonstration_set: int, attempt: int) -> int:
+    """Seed of the operator when a posture is demonstrated for a set, at each attempt another."""
+    if demonstration_set == attempt == 0:
+        return posture_seed(seed, posture)
+    return _derived(f"{seed}/demonstration/{demonstration_set}/{attempt} {posture.name}")
+
+
+def fitting_seed(seed: int, entry: Entry, demonstration_set: int) -> int:
+    """Seed of a policy's own randomness; the same under every variation."""
+    return _derived(f"{seed}/fit/{demonstration_set}/{entry.demonstrations} {entry.policy}")
+
+
+def variation_seed(seed: int, posture: Posture) -> int:
+    """Seed of what is drawn anew for an episode; the same for every policy."""
+    return _derived(f"{seed}/variation {posture.name}")

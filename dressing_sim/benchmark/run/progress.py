@@ -1,0 +1,100 @@
+"""How far a run is, with the success rate so far: a bar on a terminal, else a line now and then."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from datetime import timedelta
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.progress import Progress as Bar
+
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.run.runner import Progress
+
+#: Time between two lines where there is no terminal [s].
+INTERVAL = 30.0
+
+#: The time left is estimated from what was done in this time [s].
+_ESTIMATED_FROM = 600.0
+
+
+@contextmanager
+def show_progress(
+    console: Console, clock: Callable[[], float] = time.monotonic
+) -> Iterator[Progress]:
+    """Show each stage on a console; what it yields is told about progress by `run_plan`.
+
+    Args:
+        console: Where to.
+        clock: Seconds since whenever, for the lines without a terminal.
+    """
+    if not console.is_terminal:
+        yield _lines(console, clock)
+        return
+    columns = (
+        TextColumn("{task.description:>14}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[success]}"),
+    )
+    bar = Bar(*columns, console=console, speed_estimate_period=_ESTIMATED_FROM)
+    tasks: dict[str, TaskID] = {}
+
+    def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+        if stage not in tasks:
+            bar.start()  # not before there is something to show: an early error stays one line
+            tasks[stage] = bar.add_task(stage, total=total, completed=done, success="")
+        bar.update(tasks[stage], completed=done, success=_success(results))
+
+    try:
+        yield tell
+    finally:
+        if tasks:
+            bar.stop()
+
+
+def _lines(console: Console, clock: Callable[[], float]) -> Progress:
+    """A line at the start and the end of each stage, and every `INTERVAL` seconds between."""
+    begun: dict[str, tuple[float, int]] = {}
+    last = -INTERVAL
+
+    def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+        nonlocal last
+        now = clock()
+        start, done_before = begun.setdefault(stage, (now, done))
+        first = (now, done) == (start, done_before)
+        if not (first or done == total or now - last >= INTERVAL):
+            return
+        last = now
+        left = ""
+        if done_before < done < total:
+            seconds = (now - start) / (done - done_before) * (total - done)
+            left = f"{timedelta(seconds=round(seconds))} left"
+        text = ", ".join(filter(None, [f"{done} of {total}", _success(results), left]))
+        console.print(f"{stage}: {text}", soft_wrap=True, highlight=False)
+
+    return tell
+
+
+def _success(results: Sequence[EpisodeResult]) -> str:
+    valid = [result.outcome for result in results if result.outcome.invalid is None]
+    parts = []
+    if valid:
+        dressed = sum(outcome.success for outcome in valid)
+        parts.append(f"{dressed} of {len(valid)} dressed ({100 * dressed / len(valid):.0f} %)")
+    if len(valid) < len(results):
+        parts.append(f"{len(results) - len(valid)} void")
+    return ", ".join(parts)

@@ -1,0 +1,76 @@
+"""One line of ``episodes.jsonl``, run again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.run import runner
+from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.executors import single_threaded
+from dressing_sim.benchmark.run.plan import Job, fitting_seed
+from dressing_sim.benchmark.run.store import RunFolder, episode_line
+from dressing_sim.benchmark.studies import thresholds as sensitivity
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.dressing import Observer
+from dressing_sim.episode.operator import Operator
+from dressing_sim.learning import Policy
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """An episode that was run again.
+
+    Attributes:
+        result: What came out now.
+        differences: Where that differs from the recorded line, a line each; none if every bit is
+            the same.
+        posture: The arm, after variation.
+        config: World, robot and rules, after variation.
+    """
+
+    result: EpisodeResult
+    differences: list[str]
+    posture: Posture
+    config: EpisodeConfig
+
+
+def replay_episode(folder: RunFolder, index: int, observer: Observer | None = None) -> Replay:
+    """Run an episode again, with a policy that learns again from the folder's demonstrations.
+
+    Args:
+        folder: A run.
+        index: Of the episode.
+        observer: Called after every control step.
+
+    Raises:
+        InvalidInputError: There is no such episode, or a demonstration is missing.
+    """
+    recorded = json.loads(folder.line(index))
+    job = folder.plan.jobs[index]
+    # Of the study of thresholds an episode has a verdict for each; they are made again too.
+    study = folder.plan.protocol.name == sensitivity.PROTOCOL.name
+    dress = sensitivity.dress_job if study else runner.dress_job
+    source = single_threaded(learned_source, folder, job)
+    result = single_threaded(dress, source, job, folder.plan.config, observer)
+    again = json.loads(episode_line(folder.plan.protocol, result))
+    posture, config, _ = job.situation(folder.plan.config)
+    found = differences(_measured(recorded), _measured(again), "recorded", "now")
+    return Replay(result, found, posture, config)
+
+
+def learned_source(folder: RunFolder, job: Job) -> Policy | Operator:
+    """What dresses in a job: the operator, or the policy as it was, learned again."""
+    shown, number = job.entry.demonstrations, job.demonstration_set
+    if shown is None:
+        return Operator()
+    demonstrations = [folder.load_demonstration(p, number) for p in folder.plan.shown[shown]]
+    seed = fitting_seed(folder.plan.seed, job.entry, number)
+    return runner.fit_policy(job.entry.policy, seed, demonstrations)
+
+
+def _measured(line: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in line.items() if name != "versions"}

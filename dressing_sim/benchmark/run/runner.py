@@ -1,0 +1,213 @@
+"""Runs a plan: demonstrations, training, episodes, on as many workers as wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
+from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitting_seed
+from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
+from dressing_sim.episode.dressing import Observer
+from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.record import demonstrate, record
+from dressing_sim.episode.rules import Outcome
+from dressing_sim.errors import DressingSimError
+from dressing_sim.learning import Policy
+from dressing_sim.policies.registry import make_policy
+
+#: Told about progress: the stage, how much of it is done, and the outcomes of its episodes so far.
+Progress = Callable[[str, int, int, "Sequence[EpisodeResult]"], None]
+
+#: How often a demonstration is tried, each time with another seed, before it is an error.
+ATTEMPTS = 5
+
+
+def record_demonstration(
+    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
+) -> Demonstration:
+    """Demonstrate until it succeeds, as a person would.
+
+    Raises:
+        DressingSimError: It failed `ATTEMPTS` times.
+    """
+    for attempt in range(ATTEMPTS):
+        seed = demonstration_seed(plan_seed, posture, demonstration_set, attempt)
+        demonstration, outcome = demonstrate(posture, seed, None, config)
+        if demonstration is not None and outcome.success:
+            return demonstration
+    why = outcome.invalid or ", ".join(failure.detail for failure in outcome.failures)
+    raise DressingSimError(
+        f"the demonstration on posture {posture.name!r} with seed {plan_seed} failed {ATTEMPTS} "
+        f"times: {why}; choose another seed or posture"
+    )
+
+
+def fit_policy(name: str, seed: int, demonstrations: Sequence[Demonstration]) -> Policy:
+    """A policy that has learned."""
+    return make_policy(name, seed=seed).fit(demonstrations)
+
+
+def dress_job(
+    source: Policy | Operator, job: Job, config: EpisodeConfig, observer: Observer | None = None
+) -> EpisodeResult:
+    """Run one episode."""
+    posture, varied, drawn = job.situation(config)
+    outcome = record(source, posture, job.seed, varied, observer).outcome
+    return job_result(job, posture, drawn, outcome)
+
+
+def job_result(
+    job: Job, posture: Posture, drawn: Mapping[str, Any], outcome: Outcome
+) -> EpisodeResult:
+    """What became of a job: the arm after variation, what was drawn for it, and the verdict."""
+    return EpisodeResult(
+        job.index, job.entry, posture, job.demonstration_set, job.seed, drawn, outcome
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What workers are asked to do; functions of modules, as other processes must find them."""
+
+    demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
+    fit: Callable[[str, int, Sequence[Demonstration]], Policy] = fit_policy
+    dress: Callable[[Policy | Operator, Job, EpisodeConfig], EpisodeResult] = dress_job
+
+
+def run_plan(
+    folder: OpenRun, workers: Workers, progress: Progress | None = None, work: Work | None = None
+) -> list[EpisodeResult]:
+    """Measure what is not yet on disk.
+
+    Args:
+        folder: Holds the plan, and what of it is done.
+        workers: Where episodes run; results do not depend on how many there are.
+        progress: Told after each demonstration, policy and episode.
+        work: What the workers do.
+
+    Returns:
+        One result an episode, in the order of the plan.
+
+    Raises:
+        InvalidInputError: A policy's path is not valid.
+        DressingSimError: A demonstration failed, so nothing can be learned from it, or a worker
+            died twice under a demonstration or while a policy learned.
+    """
+    plan, work, report = folder.plan, work or Work(), progress or _silent
+    jobs = [job for job in plan.jobs if job.index not in folder.finished]
+    # Posture by posture: an arm's settled world is used by all rows, and a run that is cut short
+    # has compared them all on the same arms.
+    jobs.sort(key=lambda job: job.index % len(plan.tested))
+    shown = record_demonstrations(folder, workers, report, work)
+    sources = _fit(plan, jobs, shown, workers, report, work)
+    results, total = folder.results, len(plan.jobs)
+    report("episodes", len(results), total, results)
+    calls = ((job, (sources[_learned(job)], job, plan.config)) for job in jobs)
+    for job, future in completed(workers, work.dress, calls):
+        try:
+            result = future.result()
+        except WorkerDied as death:
+            result = job_result(job, job.posture, {}, Outcome(False, invalid=str(death)))
+        results.append(folder.append(result))
+        report("episodes", len(results), total, results)
+    folder.sort()
+    return folder.results
+
+
+def record_demonstrations(
+    folder: OpenRun, workers: Workers, progress: Progress | None = None, work: Work | None = None
+) -> dict[tuple[str, int], list[Demonstration]]:
+    """Demonstrations by name and set; those in the folder are loaded, the others recorded into it.
+
+    Raises:
+        DressingSimError: A demonstration failed, or a worker died twice under it.
+    """
+    plan, work, report = folder.plan, work or Work(), progress or _silent
+    wanted = _demonstrated(plan)
+    missing = [place for place in wanted if not folder.demonstration_file(*place).exists()]
+    done = len(wanted) - len(missing)
+    if wanted:
+        report("demonstrations", done, len(wanted), ())
+    calls = (((posture, k), (plan.seed, posture, k, plan.config)) for posture, k in missing)
+    for place, future in completed(workers, work.demonstrate, calls):
+        demonstration = _value(future, f"demonstrating on posture {place[0].name!r}")
+        save_demonstrations(folder.demonstration_file(*place), [demonstration])
+        done += 1
+        report("demonstrations", done, len(wanted), ())
+    # Fresh ones are read back too, so that a resumed run learns from the same bits.
+    recorded = {place: folder.load_demonstration(*place) for place in wanted}
+    return {
+        (name, number): [recorded[posture, number] for posture in suite]
+        for name, suite in plan.shown.items()
+        for number in range(plan.protocol.demonstration_sets)
+    }
+
+
+def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
+    """Demonstrations of a run that needed more than one attempt, as their seeds tell."""
+    found = []
+    for place in _demonstrated(folder.plan):
+        seeds = [demonstration_seed(folder.plan.seed, *place, n) for n in range(ATTEMPTS)]
+        seed = folder.load_demonstration(*place).seed
+        if seed in seeds[1:]:
+            name, number = place[0].name, place[1]
+            attempts = seeds.index(seed) + 1
+            found.append({"posture": name, "demonstration_set": number, "attempts": attempts})
+    return found
+
+
+def _demonstrated(plan: Plan) -> list[tuple[Posture, int]]:
+    """Postures and sets; a posture that is in two suites is demonstrated once a set."""
+    postures = dict.fromkeys(posture for suite in plan.shown.values() for posture in suite)
+    return [(posture, n) for n in range(plan.protocol.demonstration_sets) for posture in postures]
+
+
+#: What a fitted policy depends on: its name, the demonstrations' name, and their set.
+_Learned = tuple[str, str | None, int]
+
+
+def _learned(job: Job) -> _Learned:
+    return job.entry.policy, job.entry.demonstrations, job.demonstration_set
+
+
+def _fit(
+    plan: Plan,
+    jobs: Iterable[Job],
+    shown: Mapping[tuple[str, int], Sequence[Demonstration]],
+    workers: Workers,
+    report: Progress,
+    work: Work,
+) -> dict[_Learned, Policy | Operator]:
+    """What dresses in each of the jobs."""
+    sources: dict[_Learned, Policy | Operator] = {}
+    calls = {}
+    for job in jobs:
+        key = policy, demonstrations, number = _learned(job)
+        if demonstrations is None:
+            sources[key] = Operator()
+        else:
+            seed = fitting_seed(plan.seed, job.entry, number)
+            calls[key] = policy, seed, shown[demonstrations, number]
+    if calls:
+        report("policies", 0, len(calls), ())
+    for done, (key, future) in enumerate(completed(workers, work.fit, calls.items()), start=1):
+        sources[key] = _value(future, f"fitting policy {key[0]!r} to {key[1]}")
+        report("policies", done, len(calls), ())
+    return sources
+
+
+def _value(future: Any, doing: str) -> Any:
+    try:
+        return future.result()
+    except WorkerDied as death:
+        raise DressingSimError(f"{doing}: {death}") from death
+
+
+def _silent(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+    """No progress is shown."""

@@ -1,0 +1,304 @@
+"""The folder of a run: settings, demonstrations, and one line an episode as soon as it ends."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.records import EpisodeResult, Protocol
+from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.episode.demonstration import Demonstration, load_demonstrations, versions
+from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import unwritable, write_text
+
+SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
+DEMONSTRATIONS = "demonstrations"
+
+#: The picture of a convergence study, which has no settings; a folder with one is none of a run.
+CONVERGENCE = "convergence.svg"
+
+#: A file that is locked while a run goes on; the others are replaced as they are written.
+_LOCK = ".lock"
+
+#: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
+_OWN_DEMONSTRATION = re.compile(r"set\d+-.*-[0-9a-f]{8}\.h5")
+
+
+def episode_line(protocol: Protocol, result: EpisodeResult) -> str:
+    """One line of ``episodes.jsonl``, without the newline."""
+    return json.dumps(
+        {
+            "index": result.index,
+            "protocol": protocol.name,
+            "policy": result.entry.policy,
+            "demonstrations": result.entry.demonstrations,
+            "demonstration_set": result.demonstration_set,
+            "posture": result.posture.to_dict(),
+            "seed": result.seed,
+            "variation": dict(result.variation),
+            **result.outcome.to_dict(),
+            "versions": versions(),
+        }
+    )
+
+
+def parse_line(plan: Plan, line: str) -> EpisodeResult:
+    """The inverse of `episode_line` for an episode of a plan.
+
+    Raises:
+        InvalidInputError: The line is damaged or of another run.
+    """
+    try:
+        values = json.loads(line)
+        entry = plan.protocol.entries[values["index"] // len(plan.tested)]
+        if (values["policy"], values["demonstrations"]) != (entry.policy, entry.demonstrations):
+            raise InvalidInputError(f"episode {values['index']} is of another run")
+        return EpisodeResult(
+            index=values["index"],
+            entry=entry,
+            posture=Posture.from_dict(values["posture"]),
+            demonstration_set=values["demonstration_set"],
+            seed=values["seed"],
+            variation=values["variation"],
+            outcome=Outcome(
+                success=values["success"],
+                failures=tuple(Failure(**failure) for failure in values["failures"]),
+                metrics=values["figures"],
+                invalid=values["void"],
+            ),
+        )
+    except (json.JSONDecodeError, KeyError, TypeError, IndexError) as error:
+        raise InvalidInputError(f"not an episode: {line:.60} ({error!r})") from error
+
+
+class RunFolder:
+    """A run on disk, to be read; `load_run` and `open_run` make one.
+
+    Attributes:
+        path: The folder.
+        plan: What is run.
+        versions: Versions of all that the results depend on.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any], episodes: bytes) -> None:
+        self.path = path
+        self.plan = Plan.from_dict(settings)
+        self.versions: Mapping[str, str] = settings.get("versions", {})
+        self._lines = dict(_indexed(episodes, path / EPISODES))
+
+    @property
+    def finished(self) -> frozenset[int]:
+        """Indices of the episodes that are on disk."""
+        return frozenset(self._lines)
+
+    @property
+    def results(self) -> list[EpisodeResult]:
+        """The episodes on disk, in the order of the protocol."""
+        return [parse_line(self.plan, self._lines[index]) for index in sorted(self._lines)]
+
+    def line(self, index: int) -> str:
+        """The line of an episode.
+
+        Raises:
+            InvalidInputError: This episode is not there.
+        """
+        if index not in self._lines:
+            raise InvalidInputError(
+                f"{self.path}: no episode {index}; valid is an index of {EPISODES}, "
+                f"0 to {len(self.plan.jobs) - 1}"
+            )
+        return self._lines[index]
+
+    def demonstration_file(self, posture: Posture, demonstration_set: int) -> Path:
+        """Where the demonstration on a posture is kept."""
+        readable = re.sub(r"[^A-Za-z0-9_.]", "_", posture.name)[:40]
+        content = json.dumps(posture.to_dict()).encode()
+        digest = hashlib.sha256(content).hexdigest()[:8]
+        return self.path / DEMONSTRATIONS / f"set{demonstration_set}-{readable}-{digest}.h5"
+
+    def load_demonstration(self, posture: Posture, demonstration_set: int) -> Demonstration:
+        """The demonstration on a posture.
+
+        Raises:
+            InvalidInputError: It is missing, damaged, or on another posture.
+        """
+        path = self.demonstration_file(posture, demonstration_set)
+        loaded = load_demonstrations(path)
+        if len(loaded) != 1 or loaded[0].posture != posture:
+            raise InvalidInputError(
+                f"{path}: not this run's demonstration on {posture.name!r}; delete it and use "
+                "--resume"
+            )
+        return loaded[0]
+
+
+class OpenRun(RunFolder):
+    """A run on disk that goes on, in this process alone; made by `open_run`."""
+
+    def __init__(self, path: Path, settings: Mapping[str, Any], file: BinaryIO) -> None:
+        file.seek(0)
+        super().__init__(path, settings, file.read())
+        self._file = file
+
+    def append(self, result: EpisodeResult) -> EpisodeResult:
+        """Put an episode on disk; it is there, come what may, when this returns.
+
+        Returns:
+            The episode as it will be read from the file.
+        """
+        line = episode_line(self.plan.protocol, result)
+        try:
+            self._file.write(line.encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise unwritable(self.path / EPISODES, error) from error
+        self._lines[result.index] = line
+        return parse_line(self.plan, line)
+
+    def sort(self) -> None:
+        """Order the file by index, which is the same for every number of workers."""
+        text = "".join(self._lines[index] + "\n" for index in sorted(self._lines))
+        write_text(self.path / EPISODES, text)
+
+
+def load_run(path: Path) -> RunFolder:
+    """The run that is in a folder.
+
+    Raises:
+        InvalidInputError: The folder holds no run, or a file in it is damaged.
+    """
+    settings = _read_settings(path)
+    if settings is None:
+        raise InvalidInputError(
+            f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
+        )
+    episodes = path / EPISODES
+    content = episodes.read_bytes() if episodes.is_file() else b""
+    return RunFolder(path, settings, content[: content.rfind(b"\n") + 1])
+
+
+@contextmanager
+def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
+    """Begin a run in a folder, or continue the one that is there.
+
+    Args:
+        path: The folder; a finished run in it is replaced unless `resume` is set.
+        plan: What is run.
+        resume: Continue, if the folder holds a run.
+
+    Raises:
+        InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
+            with other settings, or another process is writing to it, or it cannot be written to.
+    """
+    settings = json.loads(json.dumps(plan.to_dict()))
+    with _locked(path):
+        earlier = _read_settings(path)
+        if resume and earlier is not None:
+            _check_same(path, earlier, settings)
+        if earlier is None and (path / CONVERGENCE).exists():
+            raise InvalidInputError(
+                f"{path} holds what 'dressing-sim validate' left; choose another --out"
+            )
+        if not resume and earlier is not None and not (path / SUMMARY).exists():
+            raise InvalidInputError(
+                f"{path} holds an unfinished run; continue it with --resume, or choose another "
+                "--out"
+            )
+        try:
+            file = (path / EPISODES).open("a+b")
+        except OSError as error:
+            raise unwritable(path / EPISODES, error) from error
+        with file:
+            yield _begun(path, file, settings, resume and earlier is not None)
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder, which is made if it is not there.
+
+    Raises:
+        InvalidInputError: Another process is, or the folder cannot be written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        file = (path / _LOCK).open("ab")
+    except OSError as error:
+        raise unwritable(path, error) from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise InvalidInputError(f"{path}: another process is running in it") from error
+        except OSError as error:
+            raise unwritable(path / _LOCK, error) from error
+        yield
+
+
+def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any], goes_on: bool) -> OpenRun:
+    """A run whose earlier files are gone, or one that goes on."""
+    if not goes_on:
+        _clear(path, file)
+        # Written last: where there are settings, the other files belong to them.
+        write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
+    _drop_torn_line(file)
+    return OpenRun(path, settings, file)
+
+
+def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
+    """Lines with the index that each begins with."""
+    for number, line in enumerate(content.decode(errors="replace").splitlines(), start=1):
+        try:
+            yield int(json.loads(line)["index"]), line
+        except (json.JSONDecodeError, KeyError, TypeError, ValueError) as error:
+            raise InvalidInputError(
+                f"{path}: line {number} is damaged ({line:.40}); delete it and use --resume"
+            ) from error
+
+
+def _drop_torn_line(file: BinaryIO) -> None:
+    """Cut off what follows the last newline: an episode that was being written when all ended."""
+    file.seek(0)
+    file.truncate(file.read().rfind(b"\n") + 1)
+
+
+def _clear(path: Path, episodes: BinaryIO) -> None:
+    """Remove an earlier run, its settings first."""
+    own = [SETTINGS, SUMMARY, "report.md", "report.html", "cost.svg", "thresholds.svg"]
+    stale = [path / name for name in own]
+    stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
+    for file in stale:
+        file.unlink(missing_ok=True)
+    episodes.truncate(0)
+
+
+def _read_settings(path: Path) -> dict[str, Any] | None:
+    file = path / SETTINGS
+    try:
+        values = json.loads(file.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:
+        raise InvalidInputError(f"{file}: cannot be read ({error})") from error
+    if not isinstance(values, dict):
+        raise InvalidInputError(f"{file}: not the settings of a run")
+    return values
+
+
+def _check_same(path: Path, earlier: Any, wanted: Any) -> None:
+    found = differences(earlier, wanted, "there", "now")
+    if found:
+        told = "\n  ".join(found)
+        raise InvalidInputError(
+            f"{path} holds a run with other settings; choose another --out\n  {told}"
+        )

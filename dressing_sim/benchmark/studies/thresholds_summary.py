@@ -1,0 +1,168 @@
+"""How success rates hang on the thresholds of success, and whether their ranking does."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise, permutations
+from typing import Any
+
+import numpy as np
+
+from dressing_sim.benchmark.analysis.comparisons import rows_by_entry
+from dressing_sim.benchmark.analysis.statistics import Row, compare, wilson_interval
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+from dressing_sim.benchmark.studies.thresholds import (
+    FACTORS,
+    NAMES,
+    TOLERATED,
+    scaled,
+    verdict_name,
+)
+from dressing_sim.episode.demonstration import versions
+from dressing_sim.episode.rules import Outcome, Thresholds
+
+#: Seed of the bootstrap: the same episodes give the same summary.
+_BOOTSTRAP_SEED = 0
+
+
+def summarise(
+    protocol: Protocol,
+    results: Sequence[EpisodeResult],
+    rules: Thresholds,
+    settings: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Success rates under every variant of the rules, and pairs of rows whose order turns.
+
+    A pair turns if one row is above the other with the threshold as it is, and below it with the
+    threshold multiplied; beyond their intervals, if the 95 % bootstrap intervals of both
+    differences, posture by posture, exclude zero.
+
+    Args:
+        protocol: What was measured.
+        results: Its episodes, as from `dress_job`, in any order.
+        rules: The thresholds they were recorded with.
+        settings: What else is to be told of the run.
+
+    Returns:
+        ``{"factors": [...], "thresholds": [{"name", "value", "unit", "source", "values": [...],
+        "rows": [...], "turned": [...], "acceptable"}], "n_void", "versions", "config"}``; a row
+        has policy, demonstrations, variation, n_episodes, and a list over the factors for each of
+        n_success, pc_success and pc_success_ci95 (Wilson), percentages from 0 to 100; what turned
+        has factor, above and below (as at factor 1), beyond_intervals, and before and after, as
+        from `dressing_sim.benchmark.analysis.statistics.Paired`.
+    """
+    ordered = sorted(results, key=lambda result: result.index)
+    told = documentation(Thresholds)
+    return {
+        "factors": list(FACTORS),
+        "thresholds": [
+            {
+                "name": name,
+                "value": getattr(rules, name),
+                "unit": _unit(told[name]),
+                "source": told[name],
+                "values": [getattr(scaled(rules, name, factor), name) for factor in FACTORS],
+                **_sensitivity(protocol, ordered, name),
+            }
+            for name in NAMES
+        ],
+        "n_void": sum(result.outcome.invalid is not None for result in ordered),
+        "versions": versions(),
+        "config": {"protocol": protocol.name, "suite": protocol.suite, **settings},
+    }
+
+
+def _sensitivity(protocol: Protocol, results: Sequence[EpisodeResult], name: str) -> dict[str, Any]:
+    """What of the summary is about one threshold."""
+    by_factor = {factor: _rows(results, name, factor) for factor in FACTORS}
+    turned = [
+        {"factor": factor, **turn}
+        for factor, rows in by_factor.items()
+        for turn in _turned(by_factor[1.0], rows)
+    ]
+    low, high = TOLERATED
+    return {
+        "rows": [
+            _rates(entry, [rows.get(entry, {}) for rows in by_factor.values()])
+            for entry in protocol.entries
+        ],
+        "turned": turned,
+        "acceptable": not any(
+            turn["beyond_intervals"] and low <= turn["factor"] <= high for turn in turned
+        ),
+    }
+
+
+def _rows(results: Sequence[EpisodeResult], name: str, factor: float) -> dict[Entry, Row]:
+    """Success of each row with one threshold multiplied; void where no verdict is known."""
+    figure = verdict_name(name, factor)
+
+    def judged(outcome: Outcome) -> Outcome:
+        if outcome.invalid is not None or figure in outcome.metrics:
+            return replace(outcome, success=outcome.metrics.get(figure) == 1.0)
+        return replace(outcome, success=False, invalid="the simulation broke down")
+
+    return rows_by_entry([replace(result, outcome=judged(result.outcome)) for result in results])
+
+
+def _rates(entry: Entry, rows: Sequence[Row]) -> dict[str, Any]:
+    """Success rates of an entry, given its row for each factor."""
+    valid = [[success for success in row.values() if success is not None] for row in rows]
+    intervals = [wilson_interval(sum(successes), len(successes)) for successes in valid]
+    return {
+        **entry.to_dict(),
+        "n_episodes": max(map(len, valid)),
+        "n_success": [sum(successes) for successes in valid],
+        "pc_success": [100.0 * sum(one) / len(one) if one else None for one in valid],
+        "pc_success_ci95": [[100.0 * low, 100.0 * high] for low, high in intervals],
+    }
+
+
+def _turned(before: Mapping[Entry, Row], after: Mapping[Entry, Row]) -> list[dict[str, Any]]:
+    """Pairs of rows of which the first is above before and below after."""
+    found = []
+    for a, b in permutations(before, 2):
+        if not (_lead(before[a], before[b]) > 0 > _lead(after[a], after[b])):
+            continue
+        first, second = (
+            compare(rows[a], rows[b], np.random.default_rng(_BOOTSTRAP_SEED))
+            for rows in (before, after)
+        )
+        found.append(
+            {
+                "above": a.to_dict(),
+                "below": b.to_dict(),
+                "beyond_intervals": first.interval[0] > 0.0 > second.interval[1],
+                "before": first.to_dict(),
+                "after": second.to_dict(),
+            }
+        )
+    return found
+
+
+def _lead(a: Row, b: Row) -> int:
+    """Successes of the first less those of the second, over the episodes that both have."""
+    pairs = [(a[key], b[key]) for key in a if key in b]
+    return sum(int(x) - int(y) for x, y in pairs if x is not None and y is not None)
+
+
+def documentation(kind: type) -> dict[str, str]:
+    """The text that stands below each field of a class, in one line each."""
+    statements = ast.parse(inspect.getsource(kind)).body[0]
+    found = {}
+    for field, text in pairwise(ast.iter_child_nodes(statements)):
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
+            found[field.target.id] = ""
+            if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                found[field.target.id] = " ".join(str(text.value.value).split())
+    return found
+
+
+def _unit(text: str) -> str:
+    """The unit in square brackets, or a dash."""
+    match = re.search(r"\[([^\]]+)\]", text)
+    return match[1] if match else "-"

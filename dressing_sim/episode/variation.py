@@ -1,0 +1,102 @@
+"""Worlds other than the nominal one: factors that are drawn anew for an episode."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from dressing_sim.arm import ARM_SIZES, Posture
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.world.garment import FABRICS, GARMENTS, find_garment
+
+#: What can vary.
+FACTORS = ("friction", "fabric", "garment", "arm", "grasp")
+
+#: Sliding friction of dry to sweaty skin: sweat multiplies it by up to five (Temel et al. 2022).
+FRICTION = (0.2, 1.0)
+
+#: The gripper is off the armscye's top by up to this much in each coordinate [m]. Own choice.
+GRASP_OFFSET = 0.015
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """An episode's posture and world after variation.
+
+    Attributes:
+        posture: The arm, perhaps of another size.
+        config: World, robot and rules.
+        drawn: What was drawn, plain values by factor; `apply` makes the same world of it again.
+    """
+
+    posture: Posture
+    config: EpisodeConfig
+    drawn: Mapping[str, Any]
+
+
+def vary(
+    posture: Posture, config: EpisodeConfig, factors: Sequence[str], rng: np.random.Generator
+) -> Varied:
+    """Draw the factors asked for; the others stay as they are.
+
+    ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and ``arm`` are one of
+    `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform in a cube. A garment
+    brings its own fabric, with its friction, unless these are drawn too.
+
+    Args:
+        posture: The arm to dress.
+        config: The nominal world.
+        factors: Some of `FACTORS`, in any order: what is drawn for one does not depend on the
+            others.
+        rng: Source of randomness.
+
+    Raises:
+        InvalidInputError: There is no such factor.
+    """
+    check_factors(factors)
+    everything = {
+        "friction": float(np.exp(rng.uniform(*np.log(FRICTION)))),
+        "fabric": str(rng.choice(sorted(FABRICS))),
+        "garment": str(rng.choice(sorted(GARMENTS))),
+        "arm": str(rng.choice(sorted(ARM_SIZES))),
+        "grasp": [float(value) for value in rng.uniform(-GRASP_OFFSET, GRASP_OFFSET, 3)],
+    }
+    return apply(posture, config, {f: everything[f] for f in FACTORS if f in factors})
+
+
+def check_factors(factors: Sequence[str]) -> None:
+    """Refuse factors that do not exist.
+
+    Raises:
+        InvalidInputError: There is no such factor.
+    """
+    unknown = sorted(set(factors) - set(FACTORS))
+    if unknown:
+        raise InvalidInputError(f"unknown factor {unknown[0]!r}; valid is {', '.join(FACTORS)}")
+
+
+def apply(posture: Posture, config: EpisodeConfig, drawn: Mapping[str, Any]) -> Varied:
+    """The posture and the world with these values, such as `Varied.drawn` holds.
+
+    Raises:
+        InvalidInputError: An unknown factor, fabric, garment or arm size.
+    """
+    check_factors(list(drawn))
+    sleeve = config.world.sleeve
+    garment = find_garment(drawn["garment"]) if "garment" in drawn else sleeve.garment
+    if "fabric" in drawn:
+        if drawn["fabric"] not in FABRICS:
+            raise InvalidInputError(
+                f"unknown fabric {drawn['fabric']!r}; valid is one of {', '.join(FABRICS)}"
+            )
+        garment = replace(garment, fabric=FABRICS[drawn["fabric"]])
+    if "friction" in drawn:
+        garment = replace(garment, fabric=replace(garment.fabric, friction=drawn["friction"]))
+    offset = tuple(drawn.get("grasp", sleeve.grasp_offset))
+    world = replace(config.world, sleeve=replace(sleeve, garment=garment, grasp_offset=offset))
+    size = drawn.get("arm", posture.size)
+    return Varied(replace(posture, size=size), replace(config, world=world), dict(drawn))

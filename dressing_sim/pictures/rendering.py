@@ -1,0 +1,187 @@
+"""Pictures of the world without a screen: EGL, or OSMesa where EGL does not work.
+
+Rendering has a model of its own, with the robot's skin, and copies only positions into it, so an
+episode's physics are the same whether anybody looks or not.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from importlib import import_module
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.pictures.strain_colours import StrainColours
+from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
+from dressing_sim.world.scene import WorldConfig, build_spec
+
+#: Tried in this order unless the environment variable MUJOCO_GL names one of them.
+BACKENDS = ("egl", "osmesa")
+
+#: Software OpenGL draws no larger pictures [pixels].
+LARGEST_SIDE = 4096
+
+CAMERAS = ("front", "close", "above")
+
+INSTALL_HINT = (
+    "no offscreen OpenGL works here: install EGL (Debian and Ubuntu: apt install libegl1 "
+    "libegl-mesa0 libgl1-mesa-dri) or OSMesa (apt install libosmesa6)"
+)
+
+
+def probe(backend: str) -> str | None:
+    """Try a backend in a process of its own, where a crash does no harm.
+
+    Returns:
+        None if a context can be made and used with it, else the reason why not.
+    """
+    code = (
+        f"from mujoco.{backend} import GLContext; context = GLContext(16, 16); "
+        "context.make_current(); context.free()"
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "PYOPENGL_PLATFORM"}
+    environment["MUJOCO_GL"] = backend
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
+    )
+    if result.returncode == 0:
+        return None
+    lines = result.stderr.strip().splitlines()
+    return lines[-1] if lines else f"exit code {result.returncode}"
+
+
+@cache
+def gl_backend() -> str:
+    """The backend that this process uses for all its pictures.
+
+    Raises:
+        DressingSimError: None works, or not the one that ``MUJOCO_GL`` names; the message says
+            what to install.
+    """
+    wanted = os.environ.get("MUJOCO_GL", "").lower()
+    for backend in (wanted,) if wanted in BACKENDS else BACKENDS:
+        reason = probe(backend)
+        if reason is None:
+            # PyOpenGL binds to one platform at its first import, for the life of the process.
+            os.environ["PYOPENGL_PLATFORM"] = backend
+            return backend
+        if backend == wanted:
+            raise DressingSimError(
+                f"MUJOCO_GL={wanted} does not work here ({reason}); unset it or see: {INSTALL_HINT}"
+            )
+    raise DressingSimError(INSTALL_HINT)
+
+
+def check_size(width: int, height: int) -> None:
+    """Raise InvalidInputError unless a picture can have this size [pixels]."""
+    for side in (width, height):
+        if not 1 <= side <= LARGEST_SIDE:
+            raise InvalidInputError(
+                f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
+            )
+
+
+class OffscreenRenderer:
+    """Draws states of one scene; use it as a context manager, one at a time in a process.
+
+    Args:
+        posture: The mannequin's posture.
+        config: The world's configuration, for the sleeve's mesh.
+        width: Of a picture [pixels].
+        height: Of a picture [pixels].
+        strain_top: Colour the cloth by its strain, this strain in the last colour; None for cloth
+            of one colour.
+
+    Raises:
+        DressingSimError: No OpenGL backend works.
+        InvalidInputError: A side of the picture is below 1 or above `LARGEST_SIDE`.
+    """
+
+    def __init__(
+        self,
+        posture: Posture,
+        config: WorldConfig,
+        width: int = 640,
+        height: int = 480,
+        strain_top: float | None = None,
+    ) -> None:
+        check_size(width, height)
+        backend = gl_backend()
+        spec, mesh = build_spec(posture, config)
+        add_visuals(spec)
+        self._colours = None if strain_top is None else StrainColours(spec, mesh, strain_top)
+        spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._gl = import_module(f"mujoco.{backend}").GLContext(width, height)
+        self._gl.make_current()
+        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(self._model, maxgeom=5000)
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[VISUAL_GROUP] = 1
+        self._option.geomgroup[COLLISION_GROUP] = 0
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXSKIN] = 1
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXEDGE] = 0
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXVERT] = 0
+
+    def draw(self, qpos: NDArray[np.float64], camera: str = "front") -> NDArray[np.uint8]:
+        """Draw the scene.
+
+        Args:
+            qpos: Generalised positions of the simulated world, ``World.data.qpos``.
+            camera: One of `CAMERAS`.
+
+        Returns:
+            Picture, shape (height, width, 3).
+        """
+        self._data.qpos[:] = qpos
+        # Positions only: forces and contacts are the simulation's business.
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        mujoco.mj_flex(self._model, self._data)
+        if self._colours is not None:
+            self._colours.paint(self._model, self._data.flexvert_xpos)
+        view = mujoco.MjvCamera()
+        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        view.fixedcamid = self._model.camera(camera).id
+        mujoco.mjv_updateScene(
+            self._model,
+            self._data,
+            self._option,
+            None,
+            view,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            self._scene,
+        )
+        mujoco.mjr_render(self._rectangle, self._scene, self._context)
+        picture = np.empty((self._rectangle.height, self._rectangle.width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(picture, None, self._rectangle, self._context)
+        return np.ascontiguousarray(picture[::-1])
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._context.free()
+        self._gl.free()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,105 @@
+"""A film of an episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import imageio.v2 as imageio
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import replacing
+from dressing_sim.pictures.rendering import OffscreenRenderer, check_size
+from dressing_sim.world.scene import WorldConfig
+from dressing_sim.world.simulation import World
+
+FORMATS = (".mp4", ".gif")
+
+
+class Film:
+    """Keeps the scene's positions during an episode, to be drawn afterwards.
+
+    Pass `expose` as the observer of an episode.
+
+    Args:
+        fps: Pictures a second of simulated time.
+    """
+
+    def __init__(self, fps: int = 25) -> None:
+        self.fps = fps
+        self._states: list[NDArray[np.float64]] = []
+        self._next: float | None = None
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+    def expose(self, world: World) -> None:
+        """Take a picture if it is time for one."""
+        if self._next is None:
+            self._next = world.time
+        # Half a microsecond of slack: times are sums of time steps.
+        while world.time >= self._next - 5e-7:
+            self._states.append(world.data.qpos.copy())
+            self._next += 1.0 / self.fps
+
+    def write(
+        self,
+        path: str | Path,
+        posture: Posture,
+        config: WorldConfig,
+        camera: str = "front",
+        width: int = 640,
+        height: int = 480,
+    ) -> None:
+        """Draw and encode the film; the file is whole or not there.
+
+        Args:
+            path: Where to; its suffix says the format, one of `FORMATS`.
+            posture: The arm of the episode.
+            config: The world of the episode.
+            camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
+            width: Of a picture [pixels].
+            height: Of a picture [pixels].
+
+        Raises:
+            DressingSimError: No OpenGL works here.
+            InvalidInputError: No film of this format and size can be made, or the robot never
+                moved.
+        """
+        check_format(path, width, height)
+        if not self._states:
+            raise InvalidInputError(f"video {path}: the robot never moved, so there is no film")
+        with (
+            OffscreenRenderer(posture, config, width, height) as renderer,
+            replacing(path) as temporary,
+        ):
+            options = (
+                {"duration": 1000 / self.fps, "loop": 0}
+                if _is_gif(path)
+                # Else imageio would resize pictures to sides that 16 divides.
+                else {"fps": self.fps, "macro_block_size": 2}
+            )
+            writer: Any = imageio.get_writer(temporary, **options)
+            with writer:
+                for state in self._states:
+                    writer.append_data(renderer.draw(state, camera))
+
+
+def check_format(path: str | Path, width: int, height: int) -> None:
+    """Raise InvalidInputError unless a film of this size can be written to a file of this name."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InvalidInputError(
+            f"video {path}: unknown format {Path(path).suffix!r}, valid is {', '.join(FORMATS)}"
+        )
+    check_size(width, height)
+    if not _is_gif(path) and (width % 2 or height % 2):
+        raise InvalidInputError(
+            f"video {path}: {width} x {height} pixels, valid for MP4 are even numbers"
+        )
+
+
+def _is_gif(path: str | Path) -> bool:
+    return Path(path).suffix.lower() == ".gif"

@@ -1,0 +1,140 @@
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from dressing_sim.benchmark.analysis.comparisons import comparisons, label, rows_by_entry
+from dressing_sim.benchmark.records import Entry
+from dressing_sim.episode.rules import Outcome
+from dressing_sim.errors import InvalidInputError
+
+
+def episodes(entry, outcomes, sets=1):
+    """Episodes of one row, posture i with demonstration set ``i mod sets``; None is void."""
+    return [
+        SimpleNamespace(
+            entry=entry,
+            posture=SimpleNamespace(name=f"arm{i}"),
+            demonstration_set=i % sets,
+            outcome=Outcome(False, invalid="burst") if y is None else Outcome(bool(y)),
+        )
+        for i, y in enumerate(outcomes)
+    ]
+
+
+def rng():
+    return np.random.default_rng(0)
+
+
+def pairs(entries):
+    results = [episode for entry in entries for episode in episodes(entry, [1, 0, 1])]
+    return {
+        (
+            row["kind"],
+            *(Entry(**{**row[side], "variation": tuple(row[side]["variation"])}) for side in "ab"),
+        )
+        for row in comparisons(results, rng())
+    }
+
+
+INITIAL_A, INITIAL_B = Entry("tp-gmm", "case_a"), Entry("tp-gmm", "case_b")
+RF_A, RF_B = Entry("tp-gmm-rf", "case_a"), Entry("tp-gmm-rf", "case_b")
+BASELINE = Entry("tp-gmm", "baseline7")
+
+
+def test_the_papers_rows_are_compared_with_initial_baseline_and_other_case():
+    assert pairs([INITIAL_A, INITIAL_B, RF_A, RF_B, BASELINE]) == {
+        ("augmentation", RF_A, INITIAL_A),
+        ("augmentation", RF_B, INITIAL_B),
+        ("baseline", INITIAL_A, BASELINE),
+        ("baseline", INITIAL_B, BASELINE),
+        ("baseline", RF_A, BASELINE),
+        ("baseline", RF_B, BASELINE),
+        ("case", INITIAL_A, INITIAL_B),
+        ("case", RF_A, RF_B),
+    }
+
+
+def test_a_budget_is_compared_with_its_last_step():
+    two, seven = Entry("tp-gmm", "baseline7:2"), Entry("tp-gmm", "baseline7:7")
+    two_rf, seven_rf = Entry("tp-gmm-rf", "baseline7:2"), Entry("tp-gmm-rf", "baseline7:7")
+    assert pairs([two, seven, two_rf, seven_rf]) == {
+        ("augmentation", two_rf, two),
+        ("augmentation", seven_rf, seven),
+        ("baseline", two, seven),
+        ("baseline", two_rf, seven),
+    }
+
+
+def test_rows_under_variation_are_compared_among_themselves_and_with_the_nominal():
+    varied = Entry("tp-gmm-rf", "case_a", ("friction",))
+    varied_initial = Entry("tp-gmm", "case_a", ("friction",))
+    expert, varied_expert = Entry("expert"), Entry("expert", None, ("friction",))
+    assert pairs([RF_A, varied, varied_initial, expert, varied_expert]) == {
+        ("augmentation", varied, varied_initial),
+        ("variation", varied, RF_A),
+        ("variation", varied_expert, expert),
+    }
+
+
+def test_a_policy_of_another_s_is_compared_with_the_initial_one_on_the_same_demonstrations():
+    names = ("tp-gmm", "my:Mine", "tp-gmm-rf")
+    entries = [Entry(name, shown) for name in names for shown in ("case_a", "baseline7")]
+    found = comparisons([e for entry in entries for e in episodes(entry, [1, 0])], rng())
+    pairs = [
+        (p["kind"], p["a"]["policy"], p["b"]["policy"], p["a"]["demonstrations"]) for p in found
+    ]
+    for shown in ("case_a", "baseline7"):
+        assert pairs.count(("policy", "my:Mine", "tp-gmm", shown)) == 1
+        assert pairs.count(("augmentation", "tp-gmm-rf", "tp-gmm", shown)) == 1
+    kinds = [kind for kind, *_ in pairs]
+    assert kinds == sorted(kinds, key=["augmentation", "policy", "baseline"].index)
+
+
+def test_policies_with_other_settings_are_compared_among_themselves():
+    rf, initial = Entry("tp-gmm-rf?end_radius=0", "case_a"), Entry("tp-gmm?end_radius=0", "case_a")
+    assert pairs([rf, initial]) == {("augmentation", rf, initial)}
+    assert pairs([rf, INITIAL_A]) == set()
+
+
+def test_policies_with_other_settings_are_compared_with_the_same_row_as_chosen():
+    rf, initial = Entry("tp-gmm-rf?end_radius=0", "case_a"), Entry("tp-gmm?end_radius=0", "case_a")
+    assert pairs([rf, initial, INITIAL_A, RF_B]) == {
+        ("augmentation", rf, initial),
+        ("settings", initial, INITIAL_A),
+    }
+    varied, varied_rf = replace(rf, variation=("friction",)), replace(RF_A, variation=("friction",))
+    assert pairs([varied, varied_rf]) == {("settings", varied, varied_rf)}
+
+
+def test_a_comparison_holds_the_counts_as_plain_values():
+    results = [*episodes(RF_A, [1, 1, 1, 0, None]), *episodes(INITIAL_A, [1, 0, 0, 0, 1])]
+    (row,) = comparisons(results, rng())
+    assert row["a"] == {"policy": "tp-gmm-rf", "demonstrations": "case_a", "variation": []}
+    counts = [row[f"n_{key}"] for key in ("both", "only_a", "only_b", "neither", "pairs", "void")]
+    assert counts == [1, 2, 0, 1, 4, 1]
+    assert row["pc_difference"] == pytest.approx(50.0)
+    json.dumps(row, allow_nan=False)
+
+
+def test_a_comparison_does_not_depend_on_which_others_there_are():
+    rf, initial = episodes(RF_A, [1, 1, 0, 1] * 5, 2), episodes(INITIAL_A, [0, 1, 0, 0] * 5, 2)
+    alone = comparisons([*rf, *initial], rng())
+    among = comparisons([*episodes(RF_B, [1] * 20), *initial, *rf], rng())
+    assert [row for row in among if row["kind"] == "augmentation"] == alone
+
+
+def test_a_posture_may_occur_once_in_a_row():
+    results = episodes(RF_A, [1, 0])
+    rows = rows_by_entry(results)
+    assert rows == {RF_A: {(0, "arm0"): True, (0, "arm1"): False}}
+    with pytest.raises(InvalidInputError, match=r"tp-gmm-rf on case_a.*'arm1'.*twice"):
+        rows_by_entry([*results, results[1]])
+
+
+def test_a_label_says_what_was_shown_and_varied():
+    assert label(Entry("expert")) == "expert"
+    varied = Entry("tp-gmm", "case_a", ("friction", "arm"))
+    assert label(varied) == "tp-gmm on case_a, friction and arm varied"

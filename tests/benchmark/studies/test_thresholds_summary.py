@@ -1,0 +1,307 @@
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from dressing_sim.benchmark.analysis.statistics import wilson_interval
+from dressing_sim.benchmark.records import Entry, EpisodeResult
+from dressing_sim.benchmark.report.text import pair_label
+from dressing_sim.benchmark.run import runner
+from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.runner import Work
+from dressing_sim.benchmark.studies import thresholds_summary as sensitivity_summary
+from dressing_sim.benchmark.studies.thresholds import (
+    FACTORS,
+    NAMES,
+    PROTOCOL,
+    dress_job,
+    verdict_name,
+)
+from dressing_sim.benchmark.studies.thresholds_plot import STYLES, sensitivity_figure
+from dressing_sim.benchmark.studies.thresholds_report import (
+    headline,
+    sensitivity_table,
+    turned_table,
+    write_sensitivity_report,
+)
+from dressing_sim.benchmark.studies.thresholds_summary import documentation, summarise
+from dressing_sim.cli import main
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.suites.suites import load_suite
+
+RULES = Thresholds()
+POSTURES = load_suite("val50")[:40]
+PAIR = replace(PROTOCOL, entries=(Entry("expert"), Entry("tp-gmm", "case_a")))
+
+
+def episodes(successes, protocol=PAIR, void=(), postures=POSTURES):
+    """Results in which row r succeeds in so many episodes: `successes(r, threshold, factor)`."""
+    results = []
+    for row, entry in enumerate(protocol.entries):
+        for column, posture in enumerate(postures):
+            figures = {
+                verdict_name(name, factor): float(column < successes(row, name, factor))
+                for name in NAMES
+                for factor in FACTORS
+            }
+            outcome = Outcome(figures[verdict_name("strain", 1.0)] == 1.0, (), figures)
+            if (row, column) in void:
+                outcome = Outcome(False, invalid="not finite")
+            index = len(results)
+            results.append(EpisodeResult(index, entry, posture, 0, index, {}, outcome))
+    return results
+
+
+def summary_of(successes, **settings):
+    protocol = settings.get("protocol", PAIR)
+    return summarise(protocol, episodes(successes, **settings), RULES, {"seed": 0})
+
+
+def threshold_of(summary, name):
+    return next(t for t in summary["thresholds"] if t["name"] == name)
+
+
+def test_rates_are_counted_by_threshold_factor_and_row():
+    summary = summary_of(
+        lambda row, name, factor: 30 - 10 * row + (2 if factor > 1 and name == "strain" else 0),
+        void=((1, 0), (1, 39)),
+    )
+    assert [t["name"] for t in summary["thresholds"]] == list(NAMES)
+    assert summary["n_void"] == 2
+    assert summary["config"] == {"protocol": "thresholds", "suite": "val50", "seed": 0}
+    first, second = threshold_of(summary, "strain")["rows"]
+    assert (first["policy"], second["demonstrations"]) == ("expert", "case_a")
+    assert first["n_success"] == [32 if factor > 1 else 30 for factor in FACTORS]
+    assert second["n_episodes"] == 38
+    assert second["n_success"] == [21 if factor > 1 else 19 for factor in FACTORS]
+    assert second["pc_success"][0] == pytest.approx(50.0)
+    low, high = wilson_interval(19, 38)
+    assert second["pc_success_ci95"][0] == pytest.approx([100 * low, 100 * high])
+    assert threshold_of(summary, "moment")["rows"][0]["n_success"] == [30] * len(FACTORS)
+    assert all(t["acceptable"] and t["turned"] == [] for t in summary["thresholds"])
+    assert json.loads(json.dumps(summary)) == summary
+
+
+def test_the_summary_does_not_depend_on_the_order_of_results():
+    results = episodes(lambda row, name, factor: 20 + row * round(10 * (factor - 1.05)))
+    straight = summarise(PAIR, results, RULES, {})
+    assert summarise(PAIR, results[::-1], RULES, {}) == straight
+    assert any(t["turned"] for t in straight["thresholds"])
+
+
+def turning(at, lead):
+    """The second row overtakes the first where strain is multiplied by `at` or more."""
+    return lambda row, name, factor: (
+        20 + (lead if row == (name == "strain" and factor >= at) else 0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "lead", "factors", "beyond", "acceptable"),
+    [
+        (1.1, 15, [1.1, 1.2, 1.35, 1.5], True, False),
+        (1.35, 15, [1.35, 1.5], True, True),
+        (1.1, 1, [1.1, 1.2, 1.35, 1.5], False, True),
+        (2.0, 15, [], True, True),
+    ],
+)
+def test_a_ranking_that_turns_near_the_threshold_is_not_acceptable(
+    at, lead, factors, beyond, acceptable
+):
+    summary = summary_of(turning(at, lead))
+    found = threshold_of(summary, "strain")
+    assert [turn["factor"] for turn in found["turned"]] == factors
+    assert all(turn["beyond_intervals"] == beyond for turn in found["turned"])
+    assert all(turn["above"]["policy"] == "expert" for turn in found["turned"])
+    for turn in found["turned"]:
+        assert turn["before"]["pc_difference"] == -turn["after"]["pc_difference"] > 0
+    assert found["acceptable"] == acceptable
+    assert all(t["acceptable"] for t in summary["thresholds"] if t["name"] != "strain")
+    assert ("strain" in headline(summary)) == (not acceptable)
+
+
+def test_rows_that_become_equal_have_not_turned():
+    summary = summary_of(lambda row, name, factor: 20 + (10 if row == 0 and factor >= 1 else 0))
+    assert all(t["turned"] == [] for t in summary["thresholds"])
+
+
+def test_a_turn_must_be_beyond_the_intervals_before_and_after():
+    def successes(row, name, factor):
+        return 20 + ((1 if factor <= 1 else 0) if row == 0 else (0 if factor <= 1 else 15))
+
+    found = threshold_of(summary_of(successes), "moment")
+    assert found["turned"]
+    assert found["acceptable"]
+    pair = found["turned"][0]
+    assert pair["before"]["pc_difference_ci95"][0] < 0 > pair["after"]["pc_difference_ci95"][1]
+
+
+def test_rows_without_a_valid_episode_have_no_rate(tmp_path):
+    void = tuple((1, column) for column in range(len(POSTURES)))
+    summary = summary_of(lambda row, name, factor: 20, void=void)
+    row = summary["thresholds"][0]["rows"][1]
+    assert row["n_episodes"] == 0
+    assert row["pc_success"] == [None] * len(FACTORS)
+    write_sensitivity_report(tmp_path, summary, "dressing-sim thresholds")
+    assert "- / - / -" in (tmp_path / "report.md").read_text()
+
+
+def test_every_threshold_is_documented():
+    told = documentation(Thresholds)
+    assert tuple(told) == NAMES
+    assert all(len(text) > 20 for text in told.values())
+    units = {t["name"]: t["unit"] for t in summary_of(lambda *_: 20)["thresholds"]}
+    assert units["gripper_distance"] == "m"
+    assert units["grip_force"] == units["link_force"] == "N"
+    assert units["armscye_s"] == "-"
+
+
+def test_the_table_has_a_line_for_each_threshold_and_a_column_for_each_row():
+    summary = summary_of(turning(1.1, 15))
+    heading, *lines = sensitivity_table(summary, sources=True)
+    assert [line[0] for line in lines] == list(NAMES)
+    assert {len(line) for line in lines} == {len(heading)}
+    strain = dict(zip(heading, lines[NAMES.index("strain")], strict=True))
+    assert strain["value"] == f"{RULES.strain:g}"
+    assert strain["expert"] == "87.5 / 87.5 / 50 %"
+    assert strain["tp-gmm on case_a"] == "50 / 50 / 87.5 %"
+    assert strain["ranking turned by 20 %"] == "yes"
+    assert strain["meaning and source"] == documentation(Thresholds)["strain"]
+    assert len(sensitivity_table(summary)[0]) == len(heading) - 1
+    assert len(turned_table(summary)) == 1 + 4
+
+
+def test_a_ranking_that_turns_by_little_is_told_as_such():
+    lines = sensitivity_table(summary_of(turning(1.1, 1)))
+    assert {line[0]: line[-1] for line in lines}["strain"] == "within intervals"
+    assert {line[0]: line[-1] for line in lines}["moment"] == "no"
+
+
+def test_the_same_summary_makes_the_same_figure():
+    summary = summary_of(turning(1.1, 15))
+    first = sensitivity_figure(summary)
+    assert first == sensitivity_figure(summary)
+    assert first != sensitivity_figure(summary_of(turning(1.2, 15)))
+    width = re.search(r'<svg[^>]* width="([0-9.]+)pt"', first)
+    assert float(width[1]) == pytest.approx(270.0)  # 360 pixels
+
+
+def test_more_rows_than_styles_are_drawn():
+    entries = tuple(Entry(f"policy{i}", "case_a") for i in range(len(STYLES) + 1))
+    protocol = replace(PAIR, entries=entries)
+    assert "<svg" in sensitivity_figure(summary_of(lambda *_: 20, protocol=protocol))
+
+
+def test_the_report_is_written_whole(tmp_path):
+    summary = summary_of(turning(1.1, 15))
+    write_sensitivity_report(tmp_path, summary, "dressing-sim thresholds --seed 0")
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "report.md",
+        "summary.json",
+        "thresholds.svg",
+    }
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    text = (tmp_path / "report.md").read_text()
+    for part in ("dressing-sim thresholds --seed 0", "thresholds.svg", *NAMES):
+        assert part in text
+    for row in summary["thresholds"][0]["rows"]:
+        assert pair_label(row) in text
+
+
+@pytest.fixture
+def ran(monkeypatch, tmp_path):
+    """The command line without physics; what was asked for is collected."""
+    asked = []
+
+    def run_plan(folder, workers, progress, work):
+        asked.append((folder.plan, work))
+        plan = folder.plan
+        results = episodes(turning(1.1, 15), protocol=plan.protocol, postures=plan.tested)
+        return [folder.append(result) for result in results]
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(runner, "run_plan", run_plan)
+    return asked
+
+
+def test_the_command_measures_the_study_beyond_protective_stops(ran, tmp_path, capsys):
+    main(["thresholds", "--workers", "1", "--seed", "3", "--out", "here", "--json"])
+    ((plan, work),) = ran
+    summary = json.loads(capsys.readouterr().out)
+    assert json.loads((tmp_path / "here" / "summary.json").read_text()) == summary
+    assert plan.protocol == PROTOCOL
+    assert plan.config == EpisodeConfig(protective_stop=False)
+    assert plan.seed == summary["config"]["seed"] == 3
+    assert work == Work(dress=dress_job)
+    assert [pair_label(row) for row in summary["thresholds"][0]["rows"]] == [
+        "expert",
+        "tp-gmm on case_a",
+        "tp-gmm-rf on case_a",
+        "tp-gmm-rf-noise on case_a",
+        "tp-gmm on case_b",
+        "tp-gmm-rf-noise on case_b",
+        "tp-gmm on baseline7",
+    ]
+
+
+def test_the_command_takes_other_policies_and_postures(ran, capsys):
+    main(["thresholds", "--workers", "1", "--suite", "paper5", "--policies", "expert, tp-gmm"])
+    ((plan, _),) = ran
+    assert plan.tested == make_plan(replace(PROTOCOL, suite="paper5")).tested
+    shown = ("case_a", "case_b", "baseline7")
+    assert plan.protocol.entries == (Entry("expert"), *(Entry("tp-gmm", name) for name in shown))
+    assert "written to results/thresholds" in capsys.readouterr().out
+
+
+def test_an_interrupted_study_says_how_to_continue(ran, monkeypatch, capsys):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(runner, "run_plan", interrupted)
+    with pytest.raises(SystemExit) as stopped:
+        main(["thresholds", "--workers", "1"])
+    assert stopped.value.code == 130
+    assert "--resume" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["--suite", "nowhere"], "nowhere"),
+        (["--policies", "nobody"], "nobody"),
+        (["--workers", "0"], "workers is 0"),
+        (["--seed", "-1"], "seed is -1"),
+    ],
+)
+def test_a_wrong_option_is_one_line(ran, capsys, tmp_path, arguments, part):
+    with pytest.raises(SystemExit) as stopped:
+        main(["thresholds", *arguments])
+    assert stopped.value.code == 2
+    error = capsys.readouterr().err
+    assert part in error
+    assert error.count("\n") == 1
+    assert ran == []
+    assert not list(tmp_path.iterdir())
+
+
+def test_bootstrap_intervals_start_anew_for_each_pair():
+    summary = summary_of(turning(1.1, 15))
+    turns = threshold_of(summary, "strain")["turned"]
+    assert len({json.dumps(turn["before"]) for turn in turns}) == 1
+    assert sensitivity_summary.TOLERATED == (0.8, 1.2)
+
+
+def test_a_verdict_that_is_not_known_counts_neither_way_and_only_for_its_factor():
+    results = episodes(lambda row, name, factor: 20)
+    figures = dict(results[0].outcome.metrics)
+    del figures[verdict_name("strain", 1.5)]
+    results[0] = replace(results[0], outcome=replace(results[0].outcome, metrics=figures))
+    summary = summarise(PAIR, results, RULES, {})
+    strain, force = (threshold_of(summary, name)["rows"][0] for name in ("strain", "grip_force"))
+    assert strain["n_episodes"] == force["n_episodes"] == 40
+    assert strain["n_success"] == [20] * (len(FACTORS) - 1) + [19]
+    assert strain["pc_success"][-1] == pytest.approx(100.0 * 19 / 39)
+    assert force["n_success"] == [20] * len(FACTORS)
+    assert summary["n_void"] == 0

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dressing_sim.arm import ARM_SIZES, Posture
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.variation import FACTORS, FRICTION, GRASP_OFFSET, apply, vary
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.world.garment import FABRICS, GARMENTS
+
+POSTURE = Posture("p", flexion_deg=70.0, abduction_deg=20.0, rotation_deg=30.0, elbow_deg=40.0)
+NOMINAL = EpisodeConfig()
+
+factors = st.lists(st.sampled_from(FACTORS), unique=True)
+
+
+def varied(chosen, seed):
+    return vary(POSTURE, NOMINAL, chosen, np.random.default_rng(seed))
+
+
+def test_without_factors_nothing_changes():
+    same = varied([], 0)
+    assert (same.posture, same.config, dict(same.drawn)) == (POSTURE, NOMINAL, {})
+
+
+@given(factors, st.integers(0, 2**32))
+def test_a_factor_is_drawn_alike_whatever_else_is(chosen, seed):
+    everything = varied(FACTORS, seed).drawn
+    assert varied(chosen, seed).drawn == {name: everything[name] for name in chosen}
+
+
+@given(factors, st.integers(0, 2**32))
+def test_what_was_drawn_makes_the_same_world_again(chosen, seed):
+    first = varied(chosen, seed)
+    assert apply(POSTURE, NOMINAL, first.drawn) == first
+
+
+@pytest.mark.parametrize("factor", FACTORS)
+def test_each_factor_changes_its_own_part_within_its_range(factor):
+    worlds = [varied([factor], seed) for seed in range(60)]
+    garments = {v.config.world.sleeve.garment for v in worlds}
+    offsets = np.array([v.config.world.sleeve.grasp_offset for v in worlds])
+    frictions = [g.fabric.friction for g in garments]
+    sizes = {v.posture.size for v in worlds}
+    nominal = NOMINAL.world.sleeve.garment
+    assert sizes == (set(ARM_SIZES) if factor == "arm" else {"male"})
+    if factor == "grasp":
+        assert np.all(np.abs(offsets) <= GRASP_OFFSET)
+        assert np.all(np.ptp(offsets, axis=0) > GRASP_OFFSET)
+    else:
+        assert not offsets.any()
+    if factor == "friction":
+        assert len(set(frictions)) == 60
+        assert FRICTION[0] <= min(frictions) < 0.3 < 0.7 < max(frictions) <= FRICTION[1]
+        assert {g.length for g in garments} == {nominal.length}
+    elif factor == "fabric":
+        assert {g.fabric for g in garments} == set(FABRICS.values())
+    elif factor == "garment":
+        assert garments == set(GARMENTS.values())
+    else:
+        assert garments == {nominal}
+
+
+@pytest.mark.parametrize(
+    "drawn", [{"colour": 1}, {"garment": "toga"}, {"fabric": "steel"}, {"arm": "long"}]
+)
+def test_unknown_names_are_errors_that_name_them(drawn):
+    with pytest.raises(InvalidInputError, match=str(next(iter(drawn.values()))) + "|colour"):
+        apply(POSTURE, NOMINAL, drawn)

@@ -1,0 +1,135 @@
+import numpy as np
+import pytest
+
+from dressing_sim.episode.dressing import Episode
+from dressing_sim.errors import DressingSimError
+from dressing_sim.pictures import rendering
+from dressing_sim.pictures.rendering import BACKENDS, CAMERAS, INSTALL_HINT, OffscreenRenderer
+from dressing_sim.pictures.visuals import SKIN_INSET, add_visuals
+from dressing_sim.world.mannequin import ARM_LINKS, LINKS
+from dressing_sim.world.panda import ARM_JOINTS
+from dressing_sim.world.scene import WorldConfig, build_spec
+
+SIZE = {"width": 320, "height": 240}
+
+
+@pytest.fixture(scope="module")
+def renderer(opengl, posture):
+    with OffscreenRenderer(posture, WorldConfig(), **SIZE) as renderer:
+        yield renderer
+
+
+def blue(picture):
+    red, green, blue = np.moveaxis(picture.astype(int), -1, 0)
+    return (blue > red + 40) & (blue > green + 20)
+
+
+def skin(picture):
+    red, green, blue = np.moveaxis(picture.astype(int), -1, 0)
+    return (red > blue + 25) & (red > green + 8) & (green > blue)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_a_picture_shows_sleeve_skin_and_robot(renderer, world, camera):
+    picture = renderer.draw(world.data.qpos, camera)
+    assert picture.shape == (240, 320, 3)
+    assert picture.dtype == np.uint8
+    assert 0.002 < blue(picture).mean() < 0.2
+    assert 0.01 < skin(picture).mean() < 0.3
+    # The robot is what changes if nothing but its joints does, and it is white, grey and black.
+    elsewhere = world.data.qpos.copy()
+    elsewhere[[world.model.joint(name).qposadr[0] for name in ARM_JOINTS]] = 0.3
+    robot = np.abs(renderer.draw(elsewhere, camera).astype(int) - picture).max(axis=2) > 30
+    assert robot.mean() > 0.05
+    grey = np.ptp(picture[robot].astype(int), axis=1) < 15
+    assert (grey & (picture[robot].max(axis=1) > 150)).sum() > 200
+    assert (grey & (picture[robot].max(axis=1) < 60)).sum() > 200
+
+
+def test_the_picture_follows_the_state_and_only_the_state(renderer, world):
+    before = renderer.draw(world.data.qpos)
+    moved = world.data.qpos.copy()
+    moved[-len(world.cloth) * 3 :] += 0.1  # the cloth's slides
+    after = renderer.draw(moved)
+    assert blue(before).any()
+    assert not np.array_equal(blue(before), blue(after))
+    np.testing.assert_array_equal(renderer.draw(world.data.qpos), before)
+
+
+def test_drawing_does_not_change_the_physics(renderer, world, posture):
+    unseen = Episode(posture).world
+    for step in range(20):
+        world.step()
+        unseen.step()
+        if step % 5 == 0:
+            renderer.draw(world.data.qpos)
+    assert world.data.qpos.tobytes() == unseen.data.qpos.tobytes()
+    assert world.data.qvel.tobytes() == unseen.data.qvel.tobytes()
+    assert world.data.efc_force.tobytes() == unseen.data.efc_force.tobytes()
+
+
+def test_the_backend_that_is_used_works(opengl):
+    assert opengl in BACKENDS
+    assert rendering.probe(opengl) is None
+
+
+def test_a_picture_that_is_too_large_to_draw_is_an_error(opengl, posture):
+    with pytest.raises(DressingSimError):
+        OffscreenRenderer(posture, WorldConfig(), width=10**5, height=10)
+
+
+def test_a_backend_that_does_not_exist_has_a_reason():
+    assert "nonsense" in rendering.probe("nonsense")
+
+
+@pytest.mark.parametrize(
+    ("works", "wanted", "expected"),
+    [
+        (BACKENDS, "", BACKENDS[0]),
+        (BACKENDS[1:], "", BACKENDS[1]),
+        (BACKENDS, BACKENDS[1], BACKENDS[1]),
+        (BACKENDS, BACKENDS[1].upper(), BACKENDS[1]),
+        (BACKENDS, "glfw", BACKENDS[0]),
+    ],
+)
+def test_the_first_backend_that_works_is_used(monkeypatch, works, wanted, expected):
+    monkeypatch.setattr(rendering, "probe", lambda name: None if name in works else "broken")
+    monkeypatch.setenv("MUJOCO_GL", wanted)
+    monkeypatch.setenv("PYOPENGL_PLATFORM", "")
+    assert rendering.gl_backend.__wrapped__() == expected
+
+
+def test_without_any_opengl_the_error_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(rendering, "probe", lambda name: "broken")
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    with pytest.raises(DressingSimError) as caught:
+        rendering.gl_backend.__wrapped__()
+    assert str(caught.value) == INSTALL_HINT
+    assert "apt install" in INSTALL_HINT
+    assert "\n" not in INSTALL_HINT
+
+
+def test_a_backend_that_was_asked_for_is_named_when_it_does_not_work(monkeypatch):
+    monkeypatch.setattr(rendering, "probe", lambda name: "no such library")
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    with pytest.raises(DressingSimError, match=r"MUJOCO_GL=osmesa .*no such library.* unset it"):
+        rendering.gl_backend.__wrapped__()
+
+
+def test_pictures_alone_have_a_thinner_arm(posture):
+    """Cloth sinks in by millimetres, where skin would give way; the robot may not look nearer."""
+    spec, _ = build_spec(posture, WorldConfig())
+    simulated = spec.compile()
+    add_visuals(spec)
+    drawn = spec.compile()
+    for link in LINKS:
+        radii = [
+            [
+                model.geom_size[geom, 0]
+                for geom in range(model.ngeom)
+                if model.body(model.geom_bodyid[geom]).name == link
+            ]
+            for model in (simulated, drawn)
+        ]
+        inset = np.subtract(*radii)
+        np.testing.assert_allclose(inset, SKIN_INSET if link in ARM_LINKS else 0.0)
