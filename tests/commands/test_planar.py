@@ -14,7 +14,7 @@ SHORT = {"runs": 1, "max_iterations": 2, "method": "noise"}
 
 def shell(*arguments):
     return subprocess.run(
-        [sys.executable, "-m", "dressing_sim.planar", *arguments],
+        [sys.executable, "-m", "dressing_sim", "planar", *arguments],
         capture_output=True,
         text=True,
         check=False,

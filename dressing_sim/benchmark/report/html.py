@@ -74,7 +74,7 @@ def page(
         **_budget(protocol, ordered),
         cards=cards,
         pictures_missing=pictures_missing,
-        invalid=[(r, label(r.entry)) for r in ordered if r.outcome.invalid is not None],
+        void=[(r, label(r.entry)) for r in ordered if r.outcome.invalid is not None],
         listed=listed,
         cells=cells,
         settings=json.dumps(summary["config"], indent=2),
