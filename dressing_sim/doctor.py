@@ -58,13 +58,14 @@ def _robot() -> str:
 
 
 def _simulation() -> str:
-    from dressing_sim.episode.dressing import Episode
+    from dressing_sim.episode.dressing import Dressing
     from dressing_sim.suites.suites import load_suite
 
-    episode = Episode(load_suite("paper5")[0])
-    if episode.world.invalid_reason is not None:
-        raise DressingSimError(episode.world.invalid_reason)
-    return f"the sleeve has settled in {episode.world.time:.2f} s of simulated time"
+    dressing = Dressing(load_suite("paper5")[0])
+    dressing.reset()
+    if dressing.invalid is not None:
+        raise DressingSimError(dressing.invalid)
+    return f"the sleeve has settled in {dressing.world.time:.2f} s of simulated time"
 
 
 def _suites() -> str:

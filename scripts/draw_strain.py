@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from dressing_sim.benchmark.studies.convergence import path_of
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.record import follow
 from dressing_sim.episode.rules import Outcome, Thresholds
 from dressing_sim.files import replacing
 from dressing_sim.pictures.rendering import OffscreenRenderer
@@ -29,7 +30,8 @@ FILE = Path("docs/strain.png")
 def most_strained(kind: str) -> tuple[NDArray[np.float64], Outcome]:
     """The scene's positions when the cloth is strained most, and what became of the episode."""
     posture, config = find_posture(POSTURE), EpisodeConfig()
-    episode = Episode(posture, config)
+    episode = Dressing(posture, config)
+    episode.reset()
     gauge = StrainGauge(episode.world.mesh)
     percent = config.thresholds.strain_percentile
     worst, state = -1.0, episode.world.data.qpos.copy()
@@ -41,7 +43,7 @@ def most_strained(kind: str) -> tuple[NDArray[np.float64], Outcome]:
             worst, state = strain, world.data.qpos.copy()
 
     path, dt = path_of(kind, posture, grip_start(posture, config.world.sleeve), SEED)
-    outcome = episode.follow(path, dt, watch).outcome
+    outcome = follow(episode, path, dt, watch).outcome
     return state, outcome
 
 

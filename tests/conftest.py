@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import demonstrate, record
 from dressing_sim.episode.recording import Recording
@@ -31,9 +31,8 @@ def posture():
 @pytest.fixture(scope="session")
 def demonstrated(posture):
     """The expert's demonstration on that arm with seed 0, and its outcome."""
-    demonstration, outcome = demonstrate(posture, seed=0)
-    assert demonstration is not None
-    return demonstration, outcome
+    demonstration = demonstrate(posture, seed=0)
+    return demonstration, demonstration.outcome
 
 
 @pytest.fixture(scope="session")
@@ -76,7 +75,9 @@ def watched():
 def world(posture, tmp_path, monkeypatch):
     """A settled world of one's own. MuJoCo leaves its log of warnings in the current folder."""
     monkeypatch.chdir(tmp_path)
-    return Episode(posture).world
+    dressing = Dressing(posture)
+    dressing.reset()
+    return dressing.world
 
 
 @pytest.fixture(scope="session")

@@ -33,6 +33,8 @@ def demonstrate(
     """
     from dressing_sim.benchmark.run.plan import posture_seed
     from dressing_sim.episode.demonstration import save_demonstrations
+    from dressing_sim.episode.outcome import Outcome
+    from dressing_sim.episode.record import DemonstrationFailed
     from dressing_sim.episode.record import demonstrate as record_one
     from dressing_sim.suites.suites import load_suite
 
@@ -40,10 +42,14 @@ def demonstrate(
     check_writable(out)
     recorded, lines = [], []
     for posture in load_suite(suite):
-        demonstration, outcome = record_one(posture, posture_seed(seed, posture))
+        try:
+            demonstration = record_one(posture, posture_seed(seed, posture))
+            outcome = demonstration.outcome or Outcome(False)
+        except DemonstrationFailed as error:
+            outcome = error.outcome
         verdict = "success" if outcome.success else outcome.invalid or ", ".join(outcome.reasons)
         print(f"{posture.name}: {verdict}", file=sys.stderr)
-        if demonstration is None or not outcome.success:
+        if not outcome.success:
             raise DressingSimError(
                 f"the demonstration on posture {posture.name!r} failed ({verdict}); nothing was "
                 "written, choose another seed or posture"

@@ -94,10 +94,12 @@ def print_table(cells: Sequence[Sequence[str]]) -> None:
 
 
 def print_outcome(name: str, outcome: Outcome) -> None:
-    """Print a verdict with its reasons and figures."""
+    """Print a verdict with its reasons and metrics."""
+    from dressing_sim.episode.metrics import metric_text
+
     print(f"{name}: {'success' if outcome.success else outcome.invalid or 'failure'}")
     for failure in outcome.failures:
         when = "" if failure.time is None else f" at {failure.time:.2f} s"
         print(f"  {failure.reason}{when}: {failure.detail}")
-    for figure, value in outcome.metrics.items():
-        print(f"  {figure:18} {value:.3f}")
+    for metric, value in outcome.metrics.items():
+        print(f"  {metric:24} {metric_text(metric, value)}")

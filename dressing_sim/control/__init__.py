@@ -3,9 +3,17 @@
 from dressing_sim.control.kinematics import PandaKinematics
 from dressing_sim.control.tracking import (
     JointTrajectory,
+    Tracker,
     TrackingConfig,
     configuration_at,
     track_path,
 )
 
-__all__ = ["JointTrajectory", "PandaKinematics", "TrackingConfig", "configuration_at", "track_path"]
+__all__ = [
+    "JointTrajectory",
+    "PandaKinematics",
+    "Tracker",
+    "TrackingConfig",
+    "configuration_at",
+    "track_path",
+]

@@ -44,14 +44,23 @@ class JointLimitConstraint(Limit):
         self.velocity = np.zeros(model.nv)
         """What the joints last moved with [rad/s]."""
 
+    def clipped(self, q: NDArray[np.float64], previous: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions (7,) [rad] within the limits or, coming back, no further out than before."""
+        return np.clip(q, np.minimum(self.lower, previous), np.maximum(self.upper, previous))
+
     def _fastest(
         self, room: NDArray[np.float64], now: NDArray[np.float64], dt: float
     ) -> NDArray[np.float64]:
-        """Largest speed towards one side, from the room and the speed now in its direction."""
+        """Largest speed towards one side, from the room and the speed now in its direction.
+
+        It is negative beyond the limit: a joint comes back, no faster than any joint may go.
+        """
         a = self._acceleration
         if np.isinf(a).any():
-            return np.minimum(self._speed, room / dt)
+            return np.maximum(np.minimum(self._speed, room / dt), -self._speed)
         stopping = np.sqrt((a * dt) ** 2 + 2.0 * a * np.maximum(room, 0.0)) - a * dt
+        back = np.maximum(room / dt, -self._speed)
+        stopping = np.where(room < 0.0, back, stopping)
         return np.maximum(np.minimum(np.minimum(self._speed, stopping), now + a * dt), now - a * dt)
 
     def compute_qp_inequalities(

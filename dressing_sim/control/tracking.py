@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import pink
 import pinocchio as pin
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pink.tasks import FrameTask, PostureTask
 
 from dressing_sim.config import check_numbers
 from dressing_sim.control.kinematics import PandaKinematics
 from dressing_sim.control.limits import MAX_ACCELERATION, JointLimitConstraint
 from dressing_sim.control.retiming import retime, smooth
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import HOME, TCP_BODY
 
 #: The hand pointing down, fingers opening along the base's y axis.
@@ -76,50 +77,179 @@ class JointTrajectory:
         return float(self.errors.max())
 
 
-class _InverseKinematics:
-    """The quadratic program of one control step, and the configuration it moves."""
+class _Configuration(pink.Configuration):
+    """Pink's, whose own check would only complain of a robot that is on its way back."""
+
+    def check_limits(self, tol: float = 1e-6, safety_break: bool = True) -> None:
+        """The limits are those of `JointLimitConstraint`."""
+
+
+class Tracker:
+    """Follows targets of the gripper, one control step at a time.
+
+    Every command keeps the joints' limits of position, speed and acceleration (see
+    `JointLimitConstraint`), and the target itself is approached no faster than
+    ``config.max_speed``. What it is at, it remembers: commands continue each other.
+
+    Args:
+        kinematics: The robot.
+        config: Weights, speed and limits.
+        acceleration: Largest acceleration of each joint, shape (7,) [rad/s^2].
+
+    Attributes:
+        error: Distance between the last command's gripper and the target it approached [m].
+    """
 
     def __init__(
         self,
         kinematics: PandaKinematics,
-        config: TrackingConfig,
-        q: NDArray[np.float64],
-        acceleration: NDArray[np.float64],
+        config: TrackingConfig | None = None,
+        acceleration: ArrayLike = MAX_ACCELERATION,
     ) -> None:
-        model = kinematics.model
-        self._dt = config.dt
-        self._limits = JointLimitConstraint(model, acceleration)
-        start = np.clip(q, self._limits.lower, self._limits.upper)
-        self.configuration = pink.Configuration(model, model.createData(), start)
-        # The third rotation, about the hand's own axis, costs nothing.
+        self.config = config or TrackingConfig()
+        self._model = kinematics.model
+        self._limits = JointLimitConstraint(self._model, np.array(acceleration, dtype=float))
+        self._configuration = _Configuration(self._model, self._model.createData(), np.array(HOME))
+        # The third rotation, about the hand's own axis, costs nothing unless it is asked for.
+        tilt = self.config.tilt_cost
         self._hand = FrameTask(
             TCP_BODY,
-            position_cost=config.position_cost,
-            orientation_cost=[config.tilt_cost, config.tilt_cost, 0.0],
+            position_cost=self.config.position_cost,
+            orientation_cost=[tilt, tilt, 0.0],
         )
-        posture = PostureTask(cost=config.posture_cost)
+        posture = PostureTask(cost=self.config.posture_cost)
         posture.set_target(np.array(HOME))
         self._tasks = [self._hand, posture]
+        self.reset(np.array(HOME))
 
-    def step(self, target: NDArray[np.float64]) -> float:
-        """Move towards a target (3,) for one control step; returns the distance left [m]."""
-        self._hand.set_target(pin.SE3(_HAND_DOWN, target))
+    @property
+    def command(self) -> NDArray[np.float64]:
+        """The last command: joint positions (7,) [rad]."""
+        return self._configuration.q.copy()
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """What the joints moved with in the last step, (7,) [rad/s]."""
+        return self._limits.velocity.copy()
+
+    @property
+    def target(self) -> NDArray[np.float64]:
+        """The target (3,) that the last command approached, in the robot's base frame [m]."""
+        return self._target.copy()
+
+    def reset(
+        self,
+        q: NDArray[np.float64],
+        velocity: NDArray[np.float64] | None = None,
+        target: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Begin anew from a configuration. From beyond the limits the joints come back to them.
+
+        Args:
+            q: Joint positions (7,) [rad].
+            velocity: What the joints move with, (7,) [rad/s]; zero if not given.
+            target: The target (3,) before the next one [m]; the gripper's place if not given.
+
+        Raises:
+            InvalidInputError: A value of another shape, or one that is not finite.
+        """
+        n = self._model.nv
+        start = finite("joint positions", q, n, "rad")
+        self._limits.velocity = np.zeros(n)
+        if velocity is not None:
+            self._limits.velocity = finite("joint velocities", velocity, n, "rad/s")
+        self._configuration.update(start)
+        self._target = self._gripper() if target is None else finite("target", target, 3, "m")
+        self.error = 0.0
+
+    def step(
+        self, target: NDArray[np.float64], rotation: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Move towards a target for one control step.
+
+        Args:
+            target: Gripper (3,), in the robot's base frame [m].
+            rotation: Orientation of the hand in the robot's base frame, a matrix (3, 3) or a unit
+                quaternion (4,), w first; without it the hand points down and turns freely about
+                the vertical.
+
+        Returns:
+            The command: joint positions (7,) [rad].
+
+        Raises:
+            InvalidInputError: A value of another shape, not finite, or no rotation.
+        """
+        self._target = self._approached(finite("target", target, 3, "m"))
+        tilt = self.config.tilt_cost
+        orientation = _HAND_DOWN if rotation is None else checked_rotation(rotation)
+        self._hand.set_orientation_cost([tilt, tilt, 0.0 if rotation is None else tilt])
+        self._hand.set_target(pin.SE3(orientation, self._target))
         velocity = pink.solve_ik(
-            self.configuration,
+            self._configuration,
             self._tasks,
-            self._dt,
+            self.config.dt,
             solver="daqp",
             damping=1e-9,
             limits=[self._limits],
             safety_break=False,
         )
-        q = self.configuration.integrate(velocity, self._dt)
+        before = self._configuration.q
         # The solver keeps the limits up to its tolerance; the robot gets them exactly.
-        q = np.clip(q, self._limits.lower, self._limits.upper)
-        self._limits.velocity = (q - self.configuration.q) / self._dt
-        self.configuration.update(q)
-        reached = self.configuration.get_transform_frame_to_world(TCP_BODY).translation
-        return float(np.linalg.norm(reached - target))
+        q = self._limits.clipped(self._configuration.integrate(velocity, self.config.dt), before)
+        self._limits.velocity = (q - before) / self.config.dt
+        self._configuration.update(q)
+        self.error = float(np.linalg.norm(self._gripper() - self._target))
+        return q.copy()
+
+    def _approached(self, target: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The target, or as far towards it as the gripper may go in one step."""
+        way = target - self._target
+        length, most = float(np.linalg.norm(way)), self.config.max_speed * self.config.dt
+        # Paths are retimed to just this speed; rounding must not change them.
+        return target if length <= most * (1.0 + 1e-6) else self._target + most / length * way
+
+    def _gripper(self) -> NDArray[np.float64]:
+        place = self._configuration.get_transform_frame_to_world(TCP_BODY).translation
+        return np.array(place)
+
+
+def finite(name: str, values: object, n: int, unit: str) -> NDArray[np.float64]:
+    """An array (n,) of finite numbers.
+
+    Raises:
+        InvalidInputError: It is none.
+    """
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name}: got {values!r:.60}, valid is ({n},) [{unit}]") from error
+    if array.shape != (n,):
+        raise InvalidInputError(f"{name}: shape {array.shape}, valid is ({n},) [{unit}]")
+    if not np.isfinite(array).all():
+        raise InvalidInputError(f"{name}: {array.tolist()}, valid are finite numbers [{unit}]")
+    return array
+
+
+def checked_rotation(values: object) -> NDArray[np.float64]:
+    """A rotation matrix (3, 3) from a matrix or a unit quaternion (4,), w first.
+
+    Raises:
+        InvalidInputError: It is neither, by more than 1e-6.
+    """
+    valid = "valid is a rotation matrix (3, 3) or a unit quaternion (4,), w first"
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"rotation: got {values!r:.60}, {valid}") from error
+    if not np.isfinite(array).all():
+        raise InvalidInputError(f"rotation: {array.tolist()} is not finite, {valid}")
+    if array.shape == (4,) and abs(np.linalg.norm(array) - 1.0) <= 1e-6:
+        w, x, y, z = array
+        return np.array(pin.Quaternion(w, x, y, z).normalized().toRotationMatrix())
+    turns = array.shape == (3, 3) and np.allclose(array.T @ array, np.eye(3), rtol=0.0, atol=1e-6)
+    if turns and np.linalg.det(array) > 0.0:
+        return array
+    raise InvalidInputError(f"rotation: {array.tolist()}, {valid}")
 
 
 def configuration_at(
@@ -139,16 +269,16 @@ def configuration_at(
     Returns:
         Joint positions (7,) [rad], and the distance left [m].
     """
-    at_once = np.full(len(HOME), np.inf)
-    ik = _InverseKinematics(kinematics, config or TrackingConfig(), np.array(HOME), at_once)
-    previous = ik.configuration.q
-    error = np.inf
+    tracker = Tracker(kinematics, config, np.full(len(HOME), np.inf))
+    previous = np.array(HOME)
+    # The place is searched for, not led to: it is the target from the start.
+    tracker.reset(previous, target=position)
     for _ in range(max_steps):
-        error = ik.step(position)
-        if np.abs(ik.configuration.q - previous).max() < 1e-7:
+        q = tracker.step(position)
+        if np.abs(q - previous).max() < 1e-7:
             break
-        previous = ik.configuration.q
-    return ik.configuration.q.copy(), error
+        previous = q
+    return tracker.command, tracker.error
 
 
 def track_path(
@@ -174,13 +304,14 @@ def track_path(
     """
     config = config or TrackingConfig()
     start = np.array(start, dtype=float)
-    ik = _InverseKinematics(kinematics, config, start, np.array(MAX_ACCELERATION))
+    tracker = Tracker(kinematics, config)
+    tracker.reset(start)
     here = kinematics.tcp_pose(start)[0]
     targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed, max_duration)
     targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
     positions = np.empty((len(targets), len(HOME)))
     for i, target in enumerate(targets):
-        errors[i] = ik.step(target)
-        positions[i] = ik.configuration.q
+        positions[i] = tracker.step(target)
+        errors[i] = tracker.error
     return JointTrajectory(positions, config.dt, targets, errors)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file, replacing
 from dressing_sim.learning.frame import Frame
@@ -55,6 +56,7 @@ class Demonstration:
             in the same world gives the same positions, bit for bit.
         settings: Settings of the world, the robot and the operator, plain values.
         versions: Packages it was recorded with.
+        outcome: What became of the episode, if it was recorded just now; files do not hold it.
     """
 
     positions: NDArray[np.float64]
@@ -64,6 +66,7 @@ class Demonstration:
     commands: NDArray[np.float64]
     settings: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=versions)
+    outcome: Outcome | None = None
 
     def __post_init__(self) -> None:
         for name, width in (("positions", 3), ("commands", 7)):

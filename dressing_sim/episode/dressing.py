@@ -1,160 +1,324 @@
-"""One dressing, from a path to an outcome."""
+"""One dressing, stepped: where commands, physics, measuring and the protective stop meet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.control import (
-    JointTrajectory,
-    PandaKinematics,
-    TrackingConfig,
-    configuration_at,
-    track_path,
-)
+from dressing_sim.config import to_plain
+from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
+from dressing_sim.control.tracking import finite
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.meter import Meter
-from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Failure, Outcome, ProtectiveStop, judge
+from dressing_sim.episode.meter import Meter, Row
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.rules import RULES, ProtectiveStop, Rule, judge, margins
+from dressing_sim.episode.snapshot import pack, unpack
+from dressing_sim.episode.trace import Trace
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
-
-#: Called after every control step with the running world; for videos and views.
-Observer = Callable[[World], None]
-
-#: No part of the robot gets this far from its base's origin; farther points are not tried [m].
-FARTHEST = 1.5
 
 #: A cloth whose vertices are all slower than this hangs still [m/s].
 _SETTLED_SPEED = 0.05
 
 
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """The world before the robot moves, to be copied, and how far it is from the right start."""
+
+    world: World
+    kinematics: PandaKinematics
+    error: float
+
+
 # Many policies dress the same arm in turn; the world that they all begin with is made once.
 @lru_cache(maxsize=1)
-def _settled(
-    posture: Posture, config: WorldConfig, tracking: TrackingConfig
-) -> tuple[World, float]:
-    """The world before the robot moves, to be copied, and the start's error.
-
-    The cloth falls until it hangs still, for at most three times the settling time.
-    """
-    q, error = configuration_at(grip_start(posture, config.sleeve), PandaKinematics(), tracking)
+def _settled(posture: Posture, config: WorldConfig, tracking: TrackingConfig) -> _Settled:
+    """The cloth falls until it hangs still, for at most three times the settling time."""
+    kinematics = PandaKinematics()
+    q, error = configuration_at(grip_start(posture, config.sleeve), kinematics, tracking)
     world = World(posture, config, q)
     while world.time < 3.0 * config.settle_time and world.invalid_reason is None:
         world.step()
         if world.time >= config.settle_time and world.cloth_speed < _SETTLED_SPEED:
             break
-    return world, error
+    return _Settled(world, kinematics, error)
 
 
-class Episode:
-    """A settled world, waiting for the robot to move; good for one dressing.
+class Dressing:
+    """One dressing of one arm, advanced a control step at a time.
+
+    ``reset`` begins it, ``step`` leads the gripper, ``done`` says that it is over and ``outcome``
+    what came of it. Everything else that dresses (recording, replay, films, studies, environments)
+    is a loop over these. The same calls give the same bits.
 
     Args:
         posture: The arm to dress.
-        config: World, robot and rules.
+        config: World, robot and thresholds.
+        rules: What is judged.
 
     Attributes:
         posture: As given.
-        config: As given.
+        config: As given, or the default.
+        rules: As given.
         kinematics: The robot's kinematics.
-        world: The simulation.
-        start_error: How far the gripper's first position is from where the sleeve is held [m].
+        start_configuration: The robot's joint positions at the start, (7,) [rad].
+        start: Where the gripper is at the start, (3,), in the robot's base frame [m].
+        start_error: How far that is from where the sleeve should be held [m].
     """
 
-    def __init__(self, posture: Posture, config: EpisodeConfig | None = None) -> None:
+    def __init__(
+        self,
+        posture: Posture,
+        config: EpisodeConfig | None = None,
+        rules: Sequence[Rule] = RULES,
+    ) -> None:
         self.posture = posture
         self.config = config or EpisodeConfig()
-        self.kinematics = PandaKinematics()
-        settled, self.start_error = _settled(posture, self.config.world, self.config.tracking)
-        self.world = settled.copy()
-        self._substeps = round(self.config.tracking.dt / self.config.world.solver.timestep)
+        self.rules = tuple(rules)
+        tracking, world = self.config.tracking, self.config.world
+        self._settled = _settled(posture, world, tracking)
+        self.kinematics = self._settled.kinematics
+        self.start_error = self._settled.error
+        self.start = self._settled.world.tcp_position
+        self.start_configuration = self._settled.world.arm_configuration
+        self._tracker = Tracker(self.kinematics, tracking)
+        self._substeps = round(tracking.dt / world.solver.timestep)
+        self._steps_left = round(self.config.time_limit / tracking.dt)
+        self._identity = json.dumps(
+            [posture.to_dict(), to_plain(self.config), mujoco.__version__], sort_keys=True
+        )
+        self._begun = False
 
-    @property
-    def start(self) -> NDArray[np.float64]:
-        """Where the gripper is now, (3,), in the robot's base frame [m]."""
-        return self.world.tcp_position
-
-    def follow(
+    def reset(
         self,
-        path: NDArray[np.float64],
-        path_dt: float,
-        observer: Observer | None = None,
-    ) -> Recording:
-        """Lead the gripper along a path and judge what happens.
+        command: NDArray[np.float64] | None = None,
+        target: NDArray[np.float64] | None = None,
+    ) -> Row:
+        """Begin anew: the sleeve hangs still from the gripper, which is at `start`.
 
         Args:
-            path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
-            path_dt: Time between two rows [s].
-            observer: Called after every control step.
+            command: Joint positions (7,) [rad] that the servos are asked for at the start; those
+                of the settled robot if not given.
+            target: Where the gripper should be at the start, (3,) [m]; `start` if not given.
+
+        Returns:
+            What the instruments read before anything moves; it is no row of the trace.
         """
-        if self.world.invalid_reason is not None:
-            return self.void(self.world.invalid_reason)
-        beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
-        if beyond > 0.0:
-            told = f"the path leads {beyond:.3g} m beyond {FARTHEST:g} m from the robot's base"
-            return self._unreachable(beyond, told)
-        config = self.config.tracking
-        trajectory = track_path(
-            path,
-            path_dt,
-            self.world.arm_configuration,
-            self.kinematics,
-            config,
-            # One step more, which says that the path was longer.
-            max_duration=self.config.time_limit + 2.0 * config.dt,
-        )
-        error = max(self.start_error, trajectory.max_error)
-        if error > config.max_error:
-            return self._unreachable(error, f"the robot stays {error:.3g} m from the path")
-        return self.play(trajectory, observer)
+        config = self.config
+        self._world = self._settled.world.copy()
+        self._meter = Meter(self._world, config.tracking.dt, config.thresholds.strain_percentile)
+        self._watch = ProtectiveStop(config.thresholds, config.tracking.dt, self.rules)
+        self._stopped = False
+        self._invalid = self._world.invalid_reason
+        q = self._world.arm_configuration
+        first = q if command is None else finite("joint command", command, len(q), "rad")
+        velocity = (first - q) / config.tracking.dt
+        self._target = self.start if target is None else finite("target", target, 3, "m")
+        self._tracker.reset(first, velocity if command is not None else None, self._target)
+        self._command, self._velocity = first, np.zeros_like(first)
+        self._begun = True
+        self._row = self._meter.look(self.start)
+        return self._row
 
-    def void(self, reason: str) -> Recording:
-        """What is recorded if the world broke down before the robot moved."""
-        outcome = Outcome(False, invalid=reason)
-        return Recording(outcome, None, None, self.start[None], broke=reason)
+    def step(self, target: NDArray[np.float64], rotation: NDArray[np.float64] | None = None) -> Row:
+        """Lead the gripper towards a target for one control step of ``config.tracking.dt``.
 
-    def _unreachable(self, error: float, detail: str) -> Recording:
-        failure = Failure("ik_unreachable", detail)
-        outcome = Outcome(False, (failure,), {"tracking_error": error})
-        return Recording(outcome, None, None, self.start[None])
+        Args:
+            target: Gripper (3,), in the robot's base frame [m]. It is approached within the limits
+                of `Tracker`, so a target far away is a direction.
+            rotation: Orientation of the hand, see `Tracker.step`; without it the hand points down.
 
-    def play(self, trajectory: JointTrajectory, observer: Observer | None = None) -> Recording:
-        """Play joint commands, hold the last one, and judge what happens."""
-        config, dt = self.config, trajectory.dt
-        n_hold, n_limit = round(config.hold / dt), round(config.time_limit / dt)
-        commands = np.pad(trajectory.positions, ((0, n_hold), (0, 0)), mode="edge")[: n_limit + 1]
-        velocities = np.diff(commands, axis=0, prepend=commands[:1]) / dt
-        references = np.stack([commands, velocities], axis=1)
-        finished = len(trajectory.positions) + n_hold <= n_limit + 1
+        Returns:
+            What was measured. If the simulation broke down in this step, the row before; `done`
+            and `outcome` then say so.
+
+        Raises:
+            InvalidInputError: The target is not finite, or the dressing is over.
+        """
+        self._check_goes_on()
+        command = self._tracker.step(target, rotation)
+        return self._advance(command, self._tracker.target)
+
+    def step_joints(
+        self, command: NDArray[np.float64], target: NDArray[np.float64] | None = None
+    ) -> Row:
+        """Play one joint command, such as a recorded one; like `step`, but nothing is tracked.
+
+        Args:
+            command: Joint positions (7,) [rad], as they come: their limits are not checked.
+            target: Where the gripper should be, (3,) [m], for the tracking error; by the robot's
+                kinematics if not given.
+        """
+        self._check_goes_on()
+        q = finite("joint command", command, len(self._command), "rad")
+        self._tracker.reset(q, (q - self._command) / self.config.tracking.dt)
+        place = self._tracker.target if target is None else finite("target", target, 3, "m")
+        return self._advance(q, place)
+
+    def _check_goes_on(self) -> None:
+        if not self._begun:
+            raise InvalidInputError("the dressing has not begun; valid is reset() before step()")
+        if self.done:
+            raise InvalidInputError("the dressing is over; valid is reset() before another step()")
+
+    def _advance(self, command: NDArray[np.float64], target: NDArray[np.float64]) -> Row:
+        dt = self.config.tracking.dt
+        before = np.stack([self._command, self._velocity])
+        after = np.stack([command, (command - self._command) / dt])
+        for number in range(1, self._substeps + 1):
+            self._world.command(*(before + number / self._substeps * (after - before)))
+            self._world.step()
+            self._meter.observe_physics()
+        self._invalid = self._world.invalid_reason
         # The world tells where the gripper was one physics step ago.
-        held = np.pad(trajectory.targets, ((0, n_hold), (0, 0)), mode="edge")[: len(commands)]
-        targets = held - np.diff(held, axis=0, prepend=held[:1]) / self._substeps
-        meter = Meter(self.world, config.thresholds.strain_percentile)
-        watch, stopped, void = ProtectiveStop(config.thresholds, dt), False, None
-        positions = [self.start]
-        for row in range(1, len(references)):
-            before, after = references[row - 1 : row + 1]
-            for step in range(1, self._substeps + 1):
-                self.world.command(*(before + step / self._substeps * (after - before)))
-                self.world.step()
-                meter.feel()
-            void = self.world.invalid_reason
-            if void is not None:
-                break
-            stopped = bool(watch.see(meter.read(targets[row]))) or stopped
-            positions.append(self.world.tcp_position)
-            if observer is not None:
-                observer(self.world)
-            if stopped and config.protective_stop:
-                break
-        if void is not None and not stopped:
-            trace, outcome = None, Outcome(False, invalid=void)
-        else:
-            trace = meter.trace(dt)
-            outcome = judge(trace, self.posture.shoulder, finished, config.thresholds)
-        return Recording(outcome, trace, trajectory, np.array(positions), finished, void)
+        now = target - (target - self._target) / self._substeps
+        self._command, self._velocity, self._target = after[0], after[1], target
+        if self._invalid is None:
+            self._row = self._meter.read(now)
+            self._stopped = bool(self._watch.observe(self._row.limited())) or self._stopped
+        return self._row
+
+    @property
+    def world(self) -> World:
+        """The simulation, to be looked at; it is another one after each `reset`."""
+        self._check_begun()
+        return self._world
+
+    @property
+    def invalid(self) -> str | None:
+        """Why the simulation can no longer be trusted, or None."""
+        return self._invalid if self._begun else self._settled.world.invalid_reason
+
+    @property
+    def done(self) -> bool:
+        """Whether it is over: the robot stopped, its time is up, or the simulation broke down."""
+        if not self._begun:
+            return False
+        over = self._stopped and self.config.protective_stop
+        return over or self.invalid is not None or len(self._meter) >= self._steps_left
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a rule that ends the episode has been broken."""
+        return self._begun and self._stopped
+
+    @property
+    def command(self) -> NDArray[np.float64]:
+        """The last joint command (7,) [rad]."""
+        self._check_begun()
+        return self._command.copy()
+
+    @property
+    def target(self) -> NDArray[np.float64]:
+        """The target (3,) that the gripper last approached [m]."""
+        self._check_begun()
+        return self._target.copy()
+
+    @property
+    def target_error(self) -> float:
+        """How far the last command's gripper is from its target [m], by the kinematics."""
+        return self._tracker.error
+
+    @property
+    def row(self) -> Row:
+        """What was measured last."""
+        self._check_begun()
+        return self._row
+
+    def trace(self) -> Trace:
+        """What was measured so far, one row a step.
+
+        Raises:
+            InvalidInputError: Nothing was.
+        """
+        self._check_begun()
+        if not len(self._meter):
+            raise InvalidInputError("nothing was measured; valid is a trace after one step or more")
+        return self._meter.trace()
+
+    def outcome(self, finished: bool | None = None) -> Outcome:
+        """The verdict on what happened so far.
+
+        Args:
+            finished: Whether the robot did all that it wanted to; unless given, whether there was
+                time left.
+        """
+        if self.invalid is not None and not self.stopped:
+            return Outcome(False, invalid=self.invalid)
+        return judge(
+            self.trace(),
+            self.posture.shoulder,
+            self._in_time(finished),
+            self.config.thresholds,
+            self.rules,
+        )
+
+    def margins(self, finished: bool | None = None) -> dict[str, float]:
+        """Signed margin of each rule by its name, see `dressing_sim.episode.rules.margins`."""
+        shoulder, thresholds = self.posture.shoulder, self.config.thresholds
+        return margins(self.trace(), shoulder, self._in_time(finished), thresholds, self.rules)
+
+    def _in_time(self, finished: bool | None) -> bool:
+        return len(self._meter) < self._steps_left if finished is None else finished
+
+    def _check_begun(self) -> None:
+        if not self._begun:
+            raise InvalidInputError("the dressing has not begun; valid is reset() first")
+
+    def snapshot(self) -> bytes:
+        """This moment, to go on from: `restore` does, in this process or in another."""
+        self._check_begun()
+        row = {one.name: getattr(self._row, one.name) for one in fields(Row)}
+        arrays = {
+            **{f"world.{name}": array for name, array in self._world.state().items()},
+            **{f"trace.{name}": array for name, array in self._meter.columns().items()},
+            **{f"row.{name}": np.asarray(value) for name, value in row.items()},
+            "command": self._command,
+            "velocity": self._velocity,
+            "target": self._target,
+            "tracker.command": self._tracker.command,
+            "tracker.velocity": self._tracker.velocity,
+            "tracker.target": self._tracker.target,
+        }
+        values = {"stopped": self._stopped, "invalid": self._invalid, "runs": self._watch.runs}
+        return pack(self._identity, values, arrays)
+
+    def restore(self, snapshot: bytes) -> Row:
+        """Go back, or forward, to a moment of a dressing of the same posture and configuration.
+
+        Returns:
+            What was measured last before that moment.
+
+        Raises:
+            InvalidInputError: It is damaged, or of another version, posture or configuration.
+        """
+        values, arrays = unpack(snapshot, self._identity)
+        if not self._begun:
+            self.reset()
+        self._world.restore(_part("world.", arrays))
+        self._meter.restore(_part("trace.", arrays))
+        self._watch.runs = {name: list(runs) for name, runs in values["runs"].items()}
+        self._stopped, self._invalid = values["stopped"], values["invalid"]
+        self._command, self._velocity = arrays["command"].copy(), arrays["velocity"].copy()
+        self._target = arrays["target"].copy()
+        tracked = _part("tracker.", arrays)
+        self._tracker.reset(tracked["command"], tracked["velocity"], tracked["target"])
+        found = _part("row.", arrays)
+        row: dict[str, Any] = {
+            name: a.item() if a.ndim == 0 else a.copy() for name, a in found.items()
+        }
+        self._row = Row(**row)
+        return self._row
+
+
+def _part(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    return {n.removeprefix(prefix): a for n, a in arrays.items() if n.startswith(prefix)}

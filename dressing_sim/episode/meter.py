@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,38 +19,87 @@ from dressing_sim.world.strain import StrainGauge
 #: Rows of which the windings are counted at a time; keeps the arrays small.
 _CHUNK = 64
 
+#: The column of the rings' places, which a trace is worked out from but does not hold.
+_RINGS = "rings"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """What was measured after one control step.
+
+    Attributes:
+        time: Since the robot began to move [s].
+        tcp: Gripper (3,), in the robot's base frame [m]; as all that is read off places in the
+            world, of one physics step before ``joint_position``.
+        tracking_error: Distance between gripper and target at that time [m].
+        joint_position: Of the robot's arm, (7,) [rad].
+        grip_force: Pull of the gripper on the cloth, as a force sensor reads it [N].
+        link_force: Net force of the cloth on each link of `dressing_sim.world.mannequin.LINKS`, as
+            a force sensor reads it, (n_links, 3), in the robot's base frame [N].
+        hit_force: Normal force with which the robot hit each link since the row before, (n_links,)
+            [N].
+        hit: Whether it touched one, with a force or without.
+        strain: Principal strain at the percentile of the cloth's area that is judged.
+        armscye_s: Arm coordinate of the armscye's centre: 0 wrist, 1 elbow, 2 shoulder.
+        hem_s: Arm coordinate of the hem's centre.
+        holding: Whether the fingers hold the cloth.
+    """
+
+    time: float
+    tcp: NDArray[np.float64]
+    tracking_error: float
+    joint_position: NDArray[np.float64]
+    grip_force: float
+    link_force: NDArray[np.float64]
+    hit_force: NDArray[np.float64]
+    hit: bool
+    strain: float
+    armscye_s: float
+    hem_s: float
+    holding: bool
+
+    def limited(self) -> Limited:
+        """What of it has a limit."""
+        most = float(np.linalg.norm(self.link_force, axis=1).max())
+        return Limited(self.time, self.strain, self.grip_force, most, self.hit, self.holding)
+
 
 class Meter:
     """Reads a running world, one row of a `Trace` at a time.
 
-    What has no limit is worked out for all rows together, in the end.
+    What has no limit and nobody needs at once is worked out for all rows together, in the end.
 
     Args:
         world: The world to measure.
+        dt: Time between two rows [s].
         strain_percentile: Which part of the cloth's area the strain is read for [%].
     """
 
-    def __init__(self, world: World, strain_percentile: float) -> None:
+    def __init__(self, world: World, dt: float, strain_percentile: float) -> None:
         self._world = world
+        self._dt = dt
         self._axis = ArmAxis.of(world.posture)
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
-        self._rows: list[dict[str, object]] = []
-        self._rings: list[NDArray[np.float64]] = []
+        self._earlier: dict[str, NDArray[Any]] = {}
+        self._rows: list[dict[str, Any]] = []
         limits = joint_limits()
         self._middle = 0.5 * (limits.upper + limits.lower)
         # Of positions, counted from the middle of their range, speeds and torques.
         half = 0.5 * (limits.upper - limits.lower)
         self._limits = np.array([half, limits.velocity, limits.effort])
-        self._forget()
+        self._begin_row()
 
-    def _forget(self) -> None:
+    def __len__(self) -> int:
+        return len(self._earlier.get("tcp", ())) + len(self._rows)
+
+    def _begin_row(self) -> None:
         """What is since the row before begins anew."""
         self._limit_ratio = np.zeros(3)
         self._hit_by = np.full(len(LINKS), -1)
         self._hit_force = np.zeros(len(LINKS))
 
-    def feel(self) -> None:
+    def observe_physics(self) -> None:
         """Look at what no physics step may do; to be called after each of them."""
         world = self._world
         used = [world.arm_configuration - self._middle, world.arm_velocity, world.arm_torque]
@@ -59,59 +110,91 @@ class Meter:
                 self._hit_by[touch.link] = touch.robot_link
                 self._hit_force[touch.link] = touch.force
 
-    def read(self, target: NDArray[np.float64]) -> Limited:
-        """Measure now; `target` (3,) is where `World.tcp_position` should be [m]."""
+    def read(self, target: NDArray[np.float64]) -> Row:
+        """Measure now, and keep it; `target` (3,) is where the gripper should be [m]."""
+        row, kept = self._measure(target, len(self) + 1)
+        self._rows.append(kept)
+        self._begin_row()
+        return row
+
+    def look(self, target: NDArray[np.float64]) -> Row:
+        """Measure now, and keep nothing."""
+        return self._measure(target, len(self))[0]
+
+    def _measure(self, target: NDArray[np.float64], number: int) -> tuple[Row, dict[str, Any]]:
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
         gauge, percentile = self._gauge, self._percentile
         strain, forces = gauge.principal(cloth), world.cloth_load
-        now = Limited(
-            strain=gauge.percentile(strain, percentile),
+        rings = world.mesh.rings(cloth)
+        ends = self._axis.coordinate(np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)]))
+        row = Row(
+            time=number * self._dt,
+            tcp=tcp,
+            tracking_error=float(np.linalg.norm(tcp - target)),
+            joint_position=world.arm_configuration,
             grip_force=float(np.linalg.norm(world.grip_load)),
-            link_force=float(np.linalg.norm(forces.net, axis=1).max()),
+            link_force=forces.net,
+            hit_force=self._hit_force,
             hit=bool((self._hit_by >= 0).any()),
+            strain=gauge.percentile(strain, percentile),
+            armscye_s=float(ends[0]),
+            hem_s=float(ends[1]),
             holding=world.holding,
         )
-        self._rows.append(
-            {
-                "tcp": tcp,
-                "tracking_error": np.linalg.norm(tcp - target),
-                "joint_position": world.arm_configuration,
-                "joint_velocity": world.arm_velocity,
-                "torque": world.arm_torque,
-                "limit_ratio": self._limit_ratio,
-                "strain": now.strain,
-                "strain_median": gauge.percentile(strain, 50.0),
-                "strain_max": strain.max(),
-                "edge_strain": gauge.edge_percentile(cloth, percentile),
-                "holding": now.holding,
-                "grip_force": now.grip_force,
-                "link_force": forces.net,
-                "link_normal_force": forces.normal,
-                "hit_by": self._hit_by,
-                "hit_force": self._hit_force,
-            }
-        )
-        self._rings.append(world.mesh.rings(cloth))
-        self._forget()
-        return now
-
-    def trace(self, dt: float) -> Trace:
-        """All readings so far, `dt` seconds apart."""
-        columns: dict[str, NDArray[Any]] = {
-            name: np.array([row[name] for row in self._rows]) for name in self._rows[0]
+        kept = {
+            "tcp": tcp,
+            "tracking_error": row.tracking_error,
+            "joint_position": row.joint_position,
+            "joint_velocity": world.arm_velocity,
+            "torque": world.arm_torque,
+            "limit_ratio": self._limit_ratio,
+            "strain": row.strain,
+            "strain_median": gauge.percentile(strain, 50.0),
+            "strain_max": strain.max(),
+            "edge_strain": gauge.edge_percentile(cloth, percentile),
+            "holding": row.holding,
+            "grip_force": row.grip_force,
+            "link_force": row.link_force,
+            "link_normal_force": forces.normal,
+            "hit_by": self._hit_by,
+            "hit_force": self._hit_force,
+            _RINGS: rings,
         }
+        return row, kept
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """All that was kept, an array a column, for `restore`; the rows stay as they are."""
+        if self._rows:
+            rows, earlier = self._rows, self._earlier
+            fresh = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+            self._earlier = {
+                name: np.concatenate([earlier[name], column]) if earlier else column
+                for name, column in fresh.items()
+            }
+            self._rows = []
+        return dict(self._earlier)
+
+    def restore(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Go on after the rows that `columns` held."""
+        self._earlier, self._rows = dict(columns), []
+        self._begin_row()
+
+    def trace(self) -> Trace:
+        """All rows so far, of which there must be one."""
+        columns = self.columns()
+        rings = columns.pop(_RINGS)
         return Trace(
-            dt=dt,
+            dt=self._dt,
             links=LINKS,
             robot_links=self._world.robot_links,
             clearance=self._world.clearance(columns["tcp"]),
             **columns,
-            **self._progress(),
+            **self._progress(rings),
         )
 
-    def _progress(self) -> dict[str, NDArray[Any]]:
+    def _progress(self, rings: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         """Where the rings are: the columns that say how far the sleeve is on."""
-        axis, rings = self._axis, np.array(self._rings)
+        axis = self._axis
         parts = np.array_split(rings, len(rings) // _CHUNK + 1)
         windings = np.concatenate([axis.winding(part) for part in parts])
         armscye_s = axis.coordinate(rings[:, 0].mean(axis=1))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.control import JointTrajectory
-from dressing_sim.episode.rules import Outcome
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.trace import Trace
 
 
@@ -23,7 +23,7 @@ class Recording:
         positions: The gripper at the start and after each command, shape (n, 3) [m].
         finished: Whether the commands end before the time limit.
         broke: Why the simulation could not be trusted beyond the trace's last row, or None; then
-            the outcome is void, unless the robot had stopped before.
+            the outcome is invalid, unless the robot had stopped before.
     """
 
     outcome: Outcome

@@ -1,187 +1,427 @@
 """The rules of success: what was measured in an episode becomes an outcome.
 
 Success, after Zhu, Gienger, Kober (2022), Section VI: the gripper reaches above and around the
-shoulder, does not hit the mannequin and does not stretch the cloth. Each condition is made
-measurable below; each threshold is one field of `Thresholds`. Everything that went wrong is
-reported, each reason with when and where it first occurred.
+shoulder, does not hit the mannequin and does not stretch the cloth. Each condition is a `Rule`;
+`RULES` lists them, and nothing else knows how many there are. Everything that went wrong is
+reported, each failure with when and where it first occurred.
 
-The robot has a protective stop: once a limit is passed it stops, and the verdict is on what
-happened until then. What a robot would have torn its way through does not count.
+The robot has a protective stop: once a rule that ends the episode is broken it stops, and the
+verdict is on what happened until then. What a robot would have torn its way through does not count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.config import check_numbers
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.episode.trace import Limited, Trace, region
-from dressing_sim.errors import InvalidInputError
-
-#: Every reason an episode can fail for, in the order in which tables list them.
-REASONS = (
-    "ik_unreachable",
-    "timeout",
-    "stopped_short",
-    "stuck",
-    "ring_off",
-    "hit",
-    "grasp_lost",
-    "over_strain",
-    "over_force",
-)
 
 #: A hem that stays within this much of an arm coordinate, some millimetres, does not move.
 _STILL = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Thresholds:
-    """When a dressing counts as done and what it may not do on the way."""
-
-    armscye_s: float = 1.85
-    """The armscye's centre must end at or past this arm coordinate: within about one arm's radius
-    of the shoulder joint. Own choice."""
-    gripper_distance: float = 0.16
-    """The gripper must end this close to the shoulder joint [m]: own choice, the armscye's radius
-    and the shoulder's."""
-    hold_time: float = 0.5
-    """For how long at the end the sleeve must be on [s]. Own choice."""
-    strain: float = 0.30
-    """Principal strain that 95 % of the cloth's area may not exceed. Own choice: what knitted
-    jersey gives way to in wear; a sleeve that is caught at the elbow goes past it."""
-    strain_percentile: float = 95.0
-    """Which part of the cloth's area is judged [%]."""
-    grip_force: float = 10.0
-    """Largest pull on the cloth [N]: Assistive Gym's preferred limit (Erickson et al. 2020)."""
-    link_force: float = 50.0
-    """Largest net force of cloth on one link of the mannequin [N]: a third of the 140 to 160 N
-    that ISO/TS 15066 allows on hand and arm, quasi-static."""
-    moment: float = 0.2
-    """Strain and force may exceed their thresholds for no longer than this in one go [s]."""
-
-    def __post_init__(self) -> None:
-        check_numbers(self, "thresholds", (), ("hold_time", "moment"))
-        for name in ("gripper_distance", "strain", "strain_percentile", "grip_force", "link_force"):
-            if not getattr(self, name) > 0.0:  # a limit may be infinite, which switches it off
-                raise InvalidInputError(
-                    f"thresholds: {name} is {getattr(self, name)}, valid is > 0"
-                )
-        if not np.isfinite(self.armscye_s):
-            raise InvalidInputError(
-                f"thresholds: armscye_s is {self.armscye_s}, valid is a finite number"
-            )
-        if self.strain_percentile > 100.0:
-            raise InvalidInputError(
-                f"thresholds: strain_percentile is {self.strain_percentile}, valid is 0 to 100"
-            )
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """One thing that went wrong.
+class Evidence:
+    """What a rule judges.
 
     Attributes:
-        reason: One of `REASONS`.
-        detail: What exactly, in words.
-        time: When it first occurred, since the robot began to move [s]; None if not in time.
-        s: Arm coordinate of the armscye's centre at that moment; None if not known.
-        where: The part of the arm or of the mannequin that it is about, or None.
+        trace: What was measured, up to the protective stop if there was one.
+        shoulder: Shoulder joint (3,), in the robot's base frame [m].
+        finished: Whether the robot came to the end of its path before the time limit.
+        thresholds: The numbers that decide.
+        stop: Names of the rules that stopped the robot in the trace's last row, each with the
+            number of rows for which it had been so; empty if none did.
     """
 
-    reason: str
-    detail: str
-    time: float | None = None
-    s: float | None = None
-    where: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """The verdict on one episode.
-
-    Attributes:
-        success: Whether the arm is dressed and nothing went wrong on the way.
-        failures: Everything that went wrong, one entry a reason.
-        metrics: The measurements behind the verdict, SI units; files call them ``figures``.
-        invalid: Why the simulation cannot be trusted, or None; an invalid episode is neither a
-            success nor a failure of the policy. Files call it ``void``.
-    """
-
-    success: bool
-    failures: tuple[Failure, ...] = ()
-    metrics: Mapping[str, float] = field(default_factory=dict)
-    invalid: str | None = None
+    trace: Trace
+    shoulder: NDArray[np.float64]
+    finished: bool
+    thresholds: Thresholds
+    stop: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def reasons(self) -> tuple[str, ...]:
-        """Names of everything that went wrong."""
-        return tuple(failure.reason for failure in self.failures)
+    def last(self) -> int:
+        """Index of the last row."""
+        return len(self.trace) - 1
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for a JSON file."""
-        return {
-            "success": self.success,
-            "void": self.invalid,
-            "failures": [
-                {"reason": f.reason, "detail": f.detail, "time": f.time, "s": f.s, "where": f.where}
-                for f in self.failures
-            ],
-            "figures": dict(self.metrics),
-        }
+    @property
+    def held(self) -> slice:
+        """The rows at the end in which the sleeve must be on, the last one at least."""
+        rows = max(1, round(self.thresholds.hold_time / self.trace.dt))
+        return slice(max(0, len(self.trace) - rows), None)
+
+    def failure(self, rule: Rule, row: int, detail: str, where: str | None = None) -> Failure:
+        """A failure of a rule that began in a row."""
+        s = float(self.trace.armscye_s[row])
+        return Failure(rule.name, detail, (row + 1) * self.trace.dt, s, where)
+
+
+class Rule:
+    """One condition of success.
+
+    A rule of one's own overrides `margin` and `failure`; one that ends the episode also overrides
+    `exceeded`. It is passed on with the others: ``Dressing(posture, config, (*RULES, MyRule()))``.
+
+    Attributes:
+        name: What a failure of it is called in files and tables.
+        title: The same in words, for people.
+        ends: Whether breaking it stops the robot.
+        colour: Of its failures in plots, as ``#rrggbb``.
+        unit: Of its margin.
+        thresholds: Names of the fields of `Thresholds` that decide it.
+    """
+
+    name: str = ""
+    title: str = ""
+    ends: bool = False
+    colour: str = "#999999"
+    unit: str = "-"
+    thresholds: tuple[str, ...] = ()
+
+    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
+        """Whether each of the rule's limits is exceeded in one row."""
+        return ()
+
+    def patience(self, thresholds: Thresholds) -> float:
+        """For how long a limit may be exceeded in one go before the robot stops [s]."""
+        return 0.0
+
+    def margin(self, evidence: Evidence) -> float:
+        """How far the episode is from breaking the rule, in `unit`; below zero it is broken."""
+        raise NotImplementedError(f"rule {self.name!r} has no margin")
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        """What went wrong by this rule, or None."""
+        raise NotImplementedError(f"rule {self.name!r} does not say what went wrong")
+
+
+class Unreachable(Rule):
+    """The robot can follow the path. Broken before anything moves: a trace never breaks it."""
+
+    name, title, colour = "ik_unreachable", "out of the robot's reach", "#7f7f7f"
+    unit = "m"
+
+    def margin(self, evidence: Evidence) -> float:
+        return 0.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        return None
+
+    def before_moving(self, detail: str) -> Failure:
+        """The failure of a path that nobody tries to follow."""
+        return Failure(self.name, detail)
+
+
+class Timeout(Rule):
+    """The path ends before the time limit."""
+
+    name, title, colour = "timeout", "the time limit came first", "#bcbd22"
+
+    def margin(self, evidence: Evidence) -> float:
+        return 0.0 if evidence.finished else -1.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if evidence.stop or evidence.finished:
+            return None
+        detail = "the time limit came before the path's end"
+        return evidence.failure(self, evidence.last, detail)
+
+
+class StoppedShort(Rule):
+    """The gripper ends above and around the shoulder."""
+
+    name, title, colour = "stopped_short", "the gripper stopped short", "#e69f00"
+    unit = "m"
+    thresholds = ("gripper_distance", "hold_time")
+
+    def margin(self, evidence: Evidence) -> float:
+        distance, height = self._gripper(evidence)
+        near = evidence.thresholds.gripper_distance - distance[evidence.held]
+        return float(np.minimum(near, height[evidence.held]).min())
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if evidence.stop or self.kept(evidence):
+            return None
+        distance, height = self._gripper(evidence)
+        side = "" if height[-1] > 0.0 else ", below it"
+        detail = f"the gripper ended {distance[-1]:.3f} m from the shoulder{side}"
+        return evidence.failure(self, evidence.last, detail)
+
+    def kept(self, evidence: Evidence) -> bool:
+        """Whether the gripper is where it should be at the end."""
+        distance, height = self._gripper(evidence)
+        limit, held = evidence.thresholds.gripper_distance, evidence.held
+        return bool(np.all(distance[held] <= limit) and np.all(height[held] > 0.0))
+
+    @staticmethod
+    def _gripper(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Distance from the shoulder and height above it in each row [m]."""
+        tcp, shoulder = evidence.trace.tcp, evidence.shoulder
+        return np.linalg.norm(tcp - shoulder, axis=1), tcp[:, 2] - shoulder[2]
+
+
+class Stuck(Rule):
+    """The armscye arrives at the shoulder, unless the gripper itself stopped short of it.
+
+    Cloth slides along the straight parts of an arm; what holds a sleeve that lies across the elbow
+    is the elbow, whichever side of it presses harder. Elsewhere the armscye says where it is. A
+    failure is dated to when the hem, which does not stretch with the pull, came to where it stayed.
+    """
+
+    name, title, colour = "stuck", "the sleeve was caught", "#d55e00"
+    thresholds = ("armscye_s", "hold_time")
+
+    def margin(self, evidence: Evidence) -> float:
+        return float(evidence.trace.armscye_s[self._judged(evidence)].min()) - (
+            evidence.thresholds.armscye_s
+        )
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        trace, last = evidence.trace, evidence.last
+        if not self._applies(evidence) or self.margin(evidence) >= 0.0:
+            return None
+        away = np.flatnonzero(np.abs(trace.hem_s - trace.hem_s[last]) > _STILL)
+        begin = int(away[-1]) + 1 if len(away) else 0
+        armscye, hem = float(trace.armscye_s[last]), float(trace.hem_s[last])
+        where = "elbow" if hem < 1.0 < armscye else region(armscye)
+        pressed = int(np.argmax(trace.link_normal_force[last]))
+        link = trace.links[pressed].replace("_", " ")
+        detail = (
+            f"the sleeve was caught at the {where}: it lies from s = {hem:.2f} to {armscye:.2f} "
+            f"and presses the {link} with {trace.link_normal_force[last, pressed]:.1f} N"
+        )
+        return evidence.failure(self, begin, detail, where)
+
+    @staticmethod
+    def _judged(evidence: Evidence) -> slice:
+        return slice(evidence.last, None) if evidence.stop else evidence.held
+
+    @staticmethod
+    def _applies(evidence: Evidence) -> bool:
+        if evidence.stop:  # whoever pulls too hard is caught; a hit or a lost grasp tells nothing
+            return bool({"over_strain", "over_force"} & set(evidence.stop))
+        return StoppedShort().kept(evidence)
+
+
+class RingOff(Rule):
+    """Every ring of the sleeve winds round the arm at the end.
+
+    At first a sleeve hangs from the fingertips, so after a stop it must have been on to have come
+    off. A failure is dated to when the sleeve came off for good.
+    """
+
+    name, title, colour = "ring_off", "the sleeve was not on the arm", "#cc79a7"
+    thresholds = ("hold_time",)
+
+    def margin(self, evidence: Evidence) -> float:
+        return float(evidence.trace.wound[evidence.held].mean()) - 1.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        wound, held = evidence.trace.wound, evidence.held
+        if evidence.stop:
+            if not wound[: held.start].any() or wound[held].any():
+                return None
+        elif np.all(wound[held]):
+            return None
+        off = np.flatnonzero(~wound)
+        before = np.flatnonzero(wound[: off[-1]])
+        row = int(before[-1]) + 1 if len(before) else 0
+        if not len(before):
+            where = region(float(evidence.trace.armscye_s[-1]))
+            detail = f"the sleeve was never wholly on the arm; its armscye ended at the {where}"
+            return evidence.failure(self, row, detail, where)
+        where = region(float(evidence.trace.armscye_s[row]))
+        return evidence.failure(self, row, f"the sleeve came off the arm at the {where}", where)
+
+
+class Hit(Rule):
+    """The robot does not touch the mannequin."""
+
+    name, title, colour = "hit", "the robot hit the mannequin", "#000000"
+    ends, unit = True, "N"
+
+    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
+        return (now.hit,)
+
+    def margin(self, evidence: Evidence) -> float:
+        if not (evidence.trace.hit_by >= 0).any():
+            return 0.0
+        return -max(float(evidence.trace.hit_force.max()), 1e-9)  # a touch may have no force
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if self.name not in evidence.stop:
+            return None
+        trace, last = evidence.trace, evidence.last
+        hit_by = trace.hit_by[last]
+        hits = [i for i in np.argsort(-trace.hit_force[last], kind="stable") if hit_by[i] >= 0]
+        links = [trace.links[i].replace("_", " ") for i in hits]
+        robot, force = trace.robot_links, trace.hit_force[last]
+        told = [
+            f"{robot[hit_by[i]]} touched the {link} with {force[i]:.1f} N"
+            for i, link in zip(hits, links, strict=True)
+        ]
+        return evidence.failure(self, last, " and ".join(told), links[0])
+
+
+class GraspLost(Rule):
+    """The fingers hold the cloth."""
+
+    name, title, colour = "grasp_lost", "the cloth slipped from the fingers", "#56b4e9"
+    ends = True
+
+    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
+        return (not now.holding,)
+
+    def margin(self, evidence: Evidence) -> float:
+        return float(evidence.trace.holding.mean()) - 1.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if self.name not in evidence.stop:
+            return None
+        force = evidence.trace.grip_force[evidence.last]
+        where = region(float(evidence.trace.armscye_s[evidence.last]))
+        detail = f"the cloth slipped from the fingers at {force:.1f} N"
+        return evidence.failure(self, evidence.last, detail, where)
+
+
+class OverStrain(Rule):
+    """The cloth is not stretched too far for longer than a moment."""
+
+    name, title, colour = "over_strain", "the cloth was stretched", "#009e73"
+    ends = True
+    thresholds = ("strain", "strain_percentile", "moment")
+
+    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
+        return (now.strain > thresholds.strain,)
+
+    def patience(self, thresholds: Thresholds) -> float:
+        return thresholds.moment
+
+    def margin(self, evidence: Evidence) -> float:
+        return evidence.thresholds.strain - _sustained(evidence.trace.strain, evidence)
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if self.name not in evidence.stop:
+            return None
+        begin = len(evidence.trace) - evidence.stop[self.name]
+        where = region(float(evidence.trace.armscye_s[begin]))
+        strained = 100.0 * evidence.trace.strain[begin:].max()
+        detail = f"the cloth was stretched by {strained:.0f} % at the {where}"
+        return evidence.failure(self, begin, detail, where)
+
+
+class OverForce(Rule):
+    """Neither the pull on the cloth nor its force on a link is too large for longer than a moment.
+
+    The margin is the pull's, or the links' if that is smaller.
+    """
+
+    name, title, colour = "over_force", "the cloth was pulled too hard", "#0072b2"
+    ends, unit = True, "N"
+    thresholds = ("grip_force", "link_force", "moment")
+
+    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
+        return now.grip_force > thresholds.grip_force, now.link_force > thresholds.link_force
+
+    def patience(self, thresholds: Thresholds) -> float:
+        return thresholds.moment
+
+    def margin(self, evidence: Evidence) -> float:
+        limits, trace = evidence.thresholds, evidence.trace
+        links = np.linalg.norm(trace.link_force, axis=2).max(axis=1)
+        return min(
+            limits.grip_force - _sustained(trace.grip_force, evidence),
+            limits.link_force - _sustained(links, evidence),
+        )
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        if self.name not in evidence.stop:
+            return None
+        begin = len(evidence.trace) - evidence.stop[self.name]
+        where = region(float(evidence.trace.armscye_s[begin]))
+        trace, limits = evidence.trace[begin:], evidence.thresholds
+        pull, links = trace.grip_force.max(), np.linalg.norm(trace.link_force, axis=2).max(axis=0)
+        told = []
+        if pull > limits.grip_force:
+            told.append(f"the cloth was pulled with {pull:.1f} N at the {where}")
+        for i in np.flatnonzero(links > limits.link_force):
+            link = trace.links[i].replace("_", " ")
+            told.append(f"the cloth pressed the {link} with {links[i]:.1f} N")
+        return evidence.failure(self, begin, " and ".join(told), where)
+
+
+def _sustained(values: NDArray[np.float64], evidence: Evidence) -> float:
+    """The most that a column stays at or above for longer than a moment."""
+    rows = min(round(evidence.thresholds.moment / evidence.trace.dt) + 1, len(values))
+    return float(np.lib.stride_tricks.sliding_window_view(values, rows).min(axis=1).max())
+
+
+UNREACHABLE = Unreachable()
+
+#: Every rule, in the order in which tables list failures. A new rule is one more entry.
+RULES: tuple[Rule, ...] = (
+    UNREACHABLE,
+    Timeout(),
+    StoppedShort(),
+    Stuck(),
+    RingOff(),
+    Hit(),
+    GraspLost(),
+    OverStrain(),
+    OverForce(),
+)
+
+
+#: Names of all rules, in the order in which tables list failures.
+REASONS: tuple[str, ...] = tuple(rule.name for rule in RULES)
 
 
 class ProtectiveStop:
     """Watches a dressing row by row and says when the robot has to stop.
 
-    Strain and force must have exceeded their thresholds for longer than a moment in one go; a
-    robot that touches the mannequin and a cloth that has slipped from the fingers are reason
-    enough at once.
-
     Args:
-        rules: The limits.
+        thresholds: The limits.
         dt: Time between two rows [s].
+        rules: Those of them that end an episode are watched.
     """
 
-    def __init__(self, rules: Thresholds, dt: float) -> None:
-        self._rules = rules
-        self._moment = round(rules.moment / dt)
-        self._runs = [0, 0, 0]
+    def __init__(self, thresholds: Thresholds, dt: float, rules: Sequence[Rule] = RULES) -> None:
+        self._thresholds = thresholds
+        self._rules = [rule for rule in rules if rule.ends]
+        self._patience = [round(rule.patience(thresholds) / dt) for rule in self._rules]
+        self.runs: dict[str, list[int]] = {}
+        """For how many rows each limit of a rule has been exceeded in one go."""
 
-    def see(self, now: Limited) -> dict[str, int]:
+    def observe(self, now: Limited) -> dict[str, int]:
         """Look at the next row.
 
         Returns:
-            The reasons for which the robot has to stop now, none while it may go on, each with
-            the number of rows for which it has been so.
+            Names of the rules for which the robot has to stop now, none while it may go on, each
+            with the number of rows for which it has been so.
         """
-        rules = self._rules
         reasons = {}
-        if now.hit:
-            reasons["hit"] = 1
-        if not now.holding:
-            reasons["grasp_lost"] = 1
-        limits = (
-            ("over_strain", now.strain > rules.strain),
-            ("over_force", now.grip_force > rules.grip_force),
-            ("over_force", now.link_force > rules.link_force),
-        )
-        for i, (reason, exceeded) in enumerate(limits):
-            self._runs[i] = self._runs[i] + 1 if exceeded else 0
-            if self._runs[i] > self._moment:
-                reasons[reason] = max(reasons.get(reason, 0), self._runs[i])
+        for rule, patience in zip(self._rules, self._patience, strict=True):
+            exceeded = rule.exceeded(now, self._thresholds)
+            before = self.runs.get(rule.name, [0] * len(exceeded))
+            runs = [n + 1 if over else 0 for n, over in zip(before, exceeded, strict=True)]
+            self.runs[rule.name] = runs
+            if max(runs, default=0) > patience:
+                reasons[rule.name] = max(runs)
         return reasons
 
 
-def stopped(trace: Trace, rules: Thresholds) -> tuple[int, dict[str, int]] | None:
+def stopped(
+    trace: Trace, thresholds: Thresholds, rules: Sequence[Rule] = RULES
+) -> tuple[int, dict[str, int]] | None:
     """The row at which the robot has to stop and `ProtectiveStop`'s reasons, or None."""
-    watch = ProtectiveStop(rules, trace.dt)
+    watch = ProtectiveStop(thresholds, trace.dt, rules)
     for row, now in enumerate(trace.limited()):
-        reasons = watch.see(now)
+        reasons = watch.observe(now)
         if reasons:
             return row, reasons
     return None
@@ -192,6 +432,7 @@ def judge(
     shoulder: NDArray[np.float64],
     finished: bool,
     thresholds: Thresholds | None = None,
+    rules: Sequence[Rule] = RULES,
 ) -> Outcome:
     """Judge a simulated episode.
 
@@ -200,136 +441,56 @@ def judge(
         shoulder: Shoulder joint (3,), in the robot's base frame [m].
         finished: Whether the robot came to the end of its path before the time limit; of no
             account after a protective stop.
-        thresholds: The rules.
+        thresholds: The numbers that decide.
+        rules: What is judged.
 
     Returns:
-        The outcome, with all reasons.
+        The outcome, with a failure of every rule that is broken, in the rules' order.
     """
-    rules = thresholds or Thresholds()
-    stop = stopped(trace, rules)
+    evidence = _evidence(trace, shoulder, finished, thresholds or Thresholds(), rules)
+    found = [rule.failure(evidence) for rule in rules]
+    failures = tuple(failure for failure in found if failure is not None)
+    return Outcome(not failures, failures, evidence.trace.metrics(shoulder))
+
+
+def margins(
+    trace: Trace,
+    shoulder: NDArray[np.float64],
+    finished: bool,
+    thresholds: Thresholds | None = None,
+    rules: Sequence[Rule] = RULES,
+) -> dict[str, float]:
+    """Signed margin of each rule by its name, as `judge`; below zero where it is broken.
+
+    Unlike verdicts they change gradually with what the robot does, so they can be optimised.
+    """
+    evidence = _evidence(trace, shoulder, finished, thresholds or Thresholds(), rules)
+    return {rule.name: rule.margin(evidence) for rule in rules}
+
+
+def _evidence(
+    trace: Trace,
+    shoulder: NDArray[np.float64],
+    finished: bool,
+    thresholds: Thresholds,
+    rules: Sequence[Rule],
+) -> Evidence:
+    stop = stopped(trace, thresholds, rules)
     if stop is None:
-        failures = list(_at_the_end(trace, shoulder, finished, rules))
-    else:
-        trace = trace[: stop[0] + 1]
-        failures = list(_at_the_stop(trace, stop[1], rules))
-    return Outcome(
-        success=not failures,
-        failures=tuple(sorted(failures, key=lambda f: REASONS.index(f.reason))),
-        metrics=trace.metrics(shoulder),
-    )
-
-
-def _at_the_end(
-    trace: Trace, shoulder: NDArray[np.float64], finished: bool, rules: Thresholds
-) -> Iterator[Failure]:
-    """What is wrong with an episode in which no limit was passed."""
-    last = len(trace) - 1
-    held = _held(trace, rules)
-    gripper = np.linalg.norm(trace.tcp - shoulder, axis=1)
-    above = trace.tcp[:, 2] > shoulder[2]
-    if not finished:
-        yield _failure(trace, last, "timeout", "the time limit came before the path's end")
-    if not (np.all(gripper[held] <= rules.gripper_distance) and np.all(above[held])):
-        side = "" if above[last] else ", below it"
-        detail = f"the gripper ended {gripper[last]:.3f} m from the shoulder{side}"
-        yield _failure(trace, last, "stopped_short", detail)
-    elif not np.all(trace.armscye_s[held] >= rules.armscye_s):
-        yield _stuck(trace)
-    if not np.all(trace.wound[held]):
-        yield _ring_off(trace)
-
-
-def _at_the_stop(trace: Trace, reasons: Mapping[str, int], rules: Thresholds) -> Iterator[Failure]:
-    """What went wrong until the robot stopped, in the trace's last row."""
-    last = len(trace) - 1
-    caught = "over_strain" in reasons or "over_force" in reasons
-    if caught and trace.armscye_s[last] < rules.armscye_s:
-        yield _stuck(trace)
-    held = _held(trace, rules)
-    # At first a sleeve hangs from the fingertips, so it must have been on to have come off.
-    if trace.wound[: held.start].any() and not trace.wound[held].any():
-        yield _ring_off(trace)
-    for reason, rows in reasons.items():
-        begin = len(trace) - rows
-        where = region(float(trace.armscye_s[begin]))
-        if reason == "hit":
-            yield _hit(trace)
-        elif reason == "grasp_lost":
-            detail = f"the cloth slipped from the fingers at {trace.grip_force[last]:.1f} N"
-            yield _failure(trace, last, reason, detail, where)
-        elif reason == "over_strain":
-            strained = 100.0 * trace.strain[begin:].max()
-            detail = f"the cloth was stretched by {strained:.0f} % at the {where}"
-            yield _failure(trace, begin, reason, detail, where)
-        else:
-            yield _failure(trace, begin, reason, _force(trace[begin:], where, rules), where)
-
-
-def _failure(trace: Trace, row: int, reason: str, detail: str, where: str | None = None) -> Failure:
-    return Failure(reason, detail, (row + 1) * trace.dt, float(trace.armscye_s[row]), where)
-
-
-def _force(trace: Trace, where: str, rules: Thresholds) -> str:
-    """What was too much force in the rows given."""
-    pull, links = trace.grip_force.max(), np.linalg.norm(trace.link_force, axis=2).max(axis=0)
-    told = []
-    if pull > rules.grip_force:
-        told.append(f"the cloth was pulled with {pull:.1f} N at the {where}")
-    for i in np.flatnonzero(links > rules.link_force):
-        link = trace.links[i].replace("_", " ")
-        told.append(f"the cloth pressed the {link} with {links[i]:.1f} N")
-    return " and ".join(told)
-
-
-def _held(trace: Trace, rules: Thresholds) -> slice:
-    """The rows at the end of a trace in which the sleeve must be on, the last one at least."""
-    return slice(max(0, len(trace) - max(1, round(rules.hold_time / trace.dt))), None)
-
-
-def _stuck(trace: Trace) -> Failure:
-    """A sleeve that has not arrived in the last row, and the part of the arm that holds it.
-
-    Cloth slides along the straight parts of an arm; what holds a sleeve that lies across the elbow
-    is the elbow, whichever side of it presses harder. Elsewhere the armscye says where it is. It is
-    dated to when the hem, which does not stretch with the pull, came to where it stayed.
-    """
-    last = len(trace) - 1
-    away = np.flatnonzero(np.abs(trace.hem_s - trace.hem_s[last]) > _STILL)
-    begin = int(away[-1]) + 1 if len(away) else 0
-    armscye, hem = float(trace.armscye_s[last]), float(trace.hem_s[last])
-    where = "elbow" if hem < 1.0 < armscye else region(armscye)
-    pressed = int(np.argmax(trace.link_normal_force[last]))
-    link = trace.links[pressed].replace("_", " ")
-    detail = (
-        f"the sleeve was caught at the {where}: it lies from s = {hem:.2f} to {armscye:.2f} and "
-        f"presses the {link} with {trace.link_normal_force[last, pressed]:.1f} N"
-    )
-    return _failure(trace, begin, "stuck", detail, where)
-
-
-def _ring_off(trace: Trace) -> Failure:
-    """A sleeve that is off the arm at the end, dated to when it came off for good."""
-    off = np.flatnonzero(~trace.wound)
-    before = np.flatnonzero(trace.wound[: off[-1]])
-    row = int(before[-1]) + 1 if len(before) else 0
-    where = region(float(trace.armscye_s[row]))
-    return _failure(trace, row, "ring_off", f"the sleeve came off the arm at the {where}", where)
-
-
-def _hit(trace: Trace) -> Failure:
-    """A robot that touches the mannequin in the last row, hardest first."""
-    last = len(trace) - 1
-    hit_by = trace.hit_by[last]
-    hits = [i for i in np.argsort(-trace.hit_force[last], kind="stable") if hit_by[i] >= 0]
-    links = [trace.links[i].replace("_", " ") for i in hits]
-    told = [
-        f"{trace.robot_links[hit_by[i]]} touched the {link} with {trace.hit_force[last, i]:.1f} N"
-        for i, link in zip(hits, links, strict=True)
-    ]
-    return _failure(trace, last, "hit", " and ".join(told), links[0])
+        return Evidence(trace, shoulder, finished, thresholds)
+    return Evidence(trace[: stop[0] + 1], shoulder, finished, thresholds, stop[1])
 
 
 def count_reasons(outcomes: Sequence[Outcome]) -> dict[str, int]:
-    """How many outcomes report each reason; reasons that do not occur are left out."""
-    counts = {reason: sum(reason in o.reasons for o in outcomes) for reason in REASONS}
-    return {reason: n for reason, n in counts.items() if n}
+    """How many outcomes report each failure, in the rules' order; what does not occur is left out.
+
+    Failures of rules that are not ours come last, by name.
+    """
+    found = {reason for outcome in outcomes for reason in outcome.reasons}
+    order = [name for name in REASONS if name in found] + sorted(found - set(REASONS))
+    return {name: sum(name in outcome.reasons for outcome in outcomes) for name in order}
+
+
+def rule_colour(name: str) -> str:
+    """The colour of a rule's failures in plots; that of any rule for one that is not ours."""
+    return next((rule.colour for rule in RULES if rule.name == name), Rule.colour)

@@ -33,6 +33,7 @@ def region(s: float) -> str:
 class Limited(NamedTuple):
     """What has a limit, in one row of a trace: see there."""
 
+    time: float
     strain: float
     grip_force: float
     link_force: float
@@ -120,6 +121,7 @@ class Trace:
         link_force = np.linalg.norm(self.link_force, axis=2).max(axis=1)
         for row in range(len(self)):
             yield Limited(
+                (row + 1) * self.dt,
                 float(self.strain[row]),
                 float(self.grip_force[row]),
                 float(link_force[row]),
@@ -139,7 +141,7 @@ class Trace:
         net = np.linalg.norm(self.link_force, axis=2).max(axis=0)
         normal = self.link_normal_force.max(axis=0)
         position_ratio, speed_ratio, torque_ratio = self.limit_ratio.max(axis=0)
-        figures = {
+        values = {
             "duration": len(self) * self.dt,
             "armscye_s": self.armscye_s[-1],
             "gripper_distance": np.linalg.norm(self.tcp[-1] - shoulder),
@@ -164,4 +166,4 @@ class Trace:
             "joint_speed_ratio": speed_ratio,
             "joint_position_ratio": position_ratio,
         }
-        return {name: float(value) for name, value in figures.items()}
+        return {name: float(value) for name, value in values.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 
 import mujoco
@@ -20,6 +21,9 @@ from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 #: the filters that force-torque sensors at a robot's wrist are read with. Chatter between two
 #: physics steps goes, a sleeve that catches (in tenths of a second) stays.
 FORCE_CUTOFF = 10.0
+
+#: What MuJoCo's next step depends on, the solver's warm start included.
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class World:
@@ -100,6 +104,36 @@ class World:
         other = copy(self)
         other.model, other.data = copy(self.model), copy(self.data)
         return other
+
+    def state(self) -> dict[str, NDArray[np.float64]]:
+        """All that the simulation goes on from, for `restore`."""
+        size = mujoco.mj_stateSize(self.model, _STATE)
+        physics = np.empty(size)
+        mujoco.mj_getState(self.model, self.data, physics, _STATE)
+        return {
+            "physics": physics,
+            "warnings": self.data.warning.number.astype(float),
+            "tcp": self.data.xpos.copy(),
+            "cloth": self.data.flexvert_xpos.copy(),
+            "load": self._load,
+            "net": self._cloth_load.net,
+            "normal": self._cloth_load.normal,
+            "flags": np.array([self._last_sound, float(self.holding)]),
+        }
+
+    def restore(self, state: Mapping[str, NDArray[np.float64]]) -> None:
+        """Go on from a `state` of a world that was made with the same arguments.
+
+        What is read off places is as it was; contacts and torques are there again after a step.
+        """
+        mujoco.mj_setState(self.model, self.data, state["physics"].copy(), _STATE)
+        self.data.warning.number[:] = state["warnings"]
+        self.data.xpos[:] = state["tcp"]
+        self.data.flexvert_xpos[:] = state["cloth"]
+        self._load = state["load"].copy()
+        self._cloth_load = ClothForces(state["net"].copy(), state["normal"].copy())
+        self._last_sound = float(state["flags"][0])
+        self.holding = bool(state["flags"][1])
 
     @property
     def time(self) -> float:

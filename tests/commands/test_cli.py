@@ -8,6 +8,7 @@ from dressing_sim.cli import main
 from dressing_sim.episode import dressing as episode
 from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import load_demonstrations, save_demonstrations
+from dressing_sim.episode.record import DemonstrationFailed
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.learning import load_model
 
@@ -53,7 +54,7 @@ def no_physics(monkeypatch):
     def fails(*_arguments, **_settings):
         raise AssertionError("a simulation was started")
 
-    monkeypatch.setattr(episode, "Episode", fails)
+    monkeypatch.setattr(episode.Dressing, "__init__", fails)
 
 
 def contents(folder):
@@ -170,7 +171,11 @@ def test_a_model_that_is_no_policy_is_bad_input(capsys, folder, demonstration, n
 
 def test_a_failed_demonstration_writes_nothing(capsys, folder, one, monkeypatch):
     failed = Outcome(False, (Failure("stuck", "at the elbow"),))
-    monkeypatch.setattr(record_module, "demonstrate", lambda *arguments: (None, failed))
+
+    def demonstrate(*arguments):
+        raise DemonstrationFailed("no demonstration", failed)
+
+    monkeypatch.setattr(record_module, "demonstrate", demonstrate)
     with pytest.raises(SystemExit) as stopped:
         main(["demonstrate", one, "--out", "some.h5"])
     assert stopped.value.code == 2
@@ -181,7 +186,7 @@ def test_a_failed_demonstration_writes_nothing(capsys, folder, one, monkeypatch)
 def test_demonstrations_are_recorded_learned_from_and_used(
     capsys, folder, one, posture, demonstrated, monkeypatch
 ):
-    monkeypatch.setattr(record_module, "demonstrate", lambda *arguments: demonstrated)
+    monkeypatch.setattr(record_module, "demonstrate", lambda *arguments: demonstrated[0])
     main(["demonstrate", one, "--out", "some.h5", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert told["file"] == "some.h5"

@@ -9,9 +9,9 @@ from dressing_sim.config import to_plain
 from dressing_sim.control import TrackingConfig
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import OperatorConfig
-from dressing_sim.episode.record import demonstrate, dress, record, replay
+from dressing_sim.episode.record import demonstrate, dress, follow, record, replay
 from dressing_sim.episode.rules import Thresholds, judge
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import joint_limits
@@ -122,9 +122,7 @@ def test_no_more_of_a_path_is_tracked_than_there_is_time_for(posture, dt):
 def test_what_is_tracked_does_not_depend_on_how_much_comes_later(posture):
     def trajectory(time_limit):
         config = EpisodeConfig(hold=0.0, time_limit=time_limit)
-        episode = Episode(posture, config)
-        episode.play = lambda trajectory, observer: trajectory
-        return episode.follow(short_path(posture), 0.05).positions
+        return follow(Dressing(posture, config), short_path(posture), 0.05).trajectory.positions
 
     whole, part = trajectory(9.0), trajectory(0.5)
     n = round(0.5 / TrackingConfig().dt) + 1
@@ -133,13 +131,15 @@ def test_what_is_tracked_does_not_depend_on_how_much_comes_later(posture):
 
 
 def test_every_episode_begins_with_the_same_bits_whatever_came_before(posture):
-    first = Episode(posture)
+    first = Dressing(posture)
+    first.reset()
     begun = first.world.data.qpos.copy(), first.world.time
-    first.follow(short_path(posture), 0.05)
-    again = Episode(posture)
-    Episode(replace(posture, name="another"))
-    afresh = Episode(posture)
-    for episode in (again, afresh):
+    follow(first, short_path(posture), 0.05)
+    again = Dressing(posture)
+    Dressing(replace(posture, name="another"))
+    afresh = Dressing(posture)
+    for episode in (first, again, afresh):
+        episode.reset()
         np.testing.assert_array_equal(episode.world.data.qpos, begun[0])
         np.testing.assert_array_equal(episode.start, again.start)
         assert episode.world.time == begun[1]
@@ -147,17 +147,16 @@ def test_every_episode_begins_with_the_same_bits_whatever_came_before(posture):
 
 @pytest.mark.parametrize("far", [1.0, 1e12])
 def test_an_unreachable_path_is_reported_and_not_simulated(posture, far):
-    episode = Episode(posture)
-    before = episode.world.time
+    episode = Dressing(posture)
     path = np.vstack([episode.start, np.add(episode.start, [far, 0.0, 0.0])])
-    recording = episode.follow(path, 0.05)
+    recording = follow(episode, path, 0.05)
     assert recording.outcome.reasons == ("ik_unreachable",)
     assert recording.outcome.metrics["tracking_error"] > 0.3
     assert "the path" in recording.outcome.failures[0].detail
     assert not recording.outcome.success
     assert recording.outcome.invalid is None
     assert recording.trace is None
-    assert episode.world.time == before
+    assert recording.trajectory is None
 
 
 def test_a_sleeve_out_of_reach_is_unreachable_too():
@@ -267,11 +266,11 @@ def straight():
     posture = Posture("bent", 66, 30, 48, 65, size="male")
     recordings = []
     for protective_stop in (True, False):
-        episode = Episode(posture, EpisodeConfig(protective_stop=protective_stop))
+        episode = Dressing(posture, EpisodeConfig(protective_stop=protective_stop))
         end = np.add(posture.shoulder, [0.0, 0.0, OperatorConfig().shoulder_height])
         duration = np.linalg.norm(end - episode.start) / OperatorConfig().speed
         path = np.linspace(episode.start, end, round(duration / 0.05) + 1)
-        recordings.append(episode.follow(path, 0.05))
+        recordings.append(follow(episode, path, 0.05))
     return recordings
 
 
@@ -369,6 +368,6 @@ def test_a_dressing_comes_out_as_it_always_has(demonstrated):
 
 
 def test_the_operator_s_seed_is_that_of_the_episode(posture):
-    one, same, other = (demonstrate(posture, seed)[0].commands for seed in (3, 3, 4))
+    one, same, other = (demonstrate(posture, seed).commands for seed in (3, 3, 4))
     np.testing.assert_array_equal(one, same)
     assert one.shape != other.shape or not np.allclose(one, other, atol=1e-4)

@@ -7,7 +7,8 @@ from dressing_sim.control import PandaKinematics, TrackingConfig
 from dressing_sim.control.limits import MAX_ACCELERATION
 from dressing_sim.control.tracking import track_path
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.record import play
 from dressing_sim.episode.trace import NEAR
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.simulation import World
@@ -41,13 +42,12 @@ def test_limits_hold_on_a_path_that_asks_for_too_much(posture, monkeypatch):
     """Through the axis of the robot's base and back and forth, where joints cannot keep up."""
     tracking = TrackingConfig(max_speed=1.0, smoothing=0.0)
     config = EpisodeConfig(tracking=tracking, hold=0.0, protective_stop=False)
-    episode = Episode(posture, config)
+    episode = Dressing(posture, config)
     up = np.add(episode.start, [0.0, 0.0, 0.3])
     side, behind = np.array([0.05, 0.4, 0.75]), np.array([-0.3, 0.02, 0.8])
     path = np.array([up, side, behind, side, behind, side])
-    world = episode.world
     trajectory = track_path(
-        path, 0.05, world.arm_configuration, episode.kinematics, config.tracking
+        path, 0.05, episode.start_configuration, episode.kinematics, config.tracking
     )
     assert trajectory.max_error > config.tracking.max_error
     commanded = np.diff(trajectory.positions, axis=0) / trajectory.dt
@@ -62,6 +62,5 @@ def test_limits_hold_on_a_path_that_asks_for_too_much(posture, monkeypatch):
         rows.append((world.arm_configuration, world.arm_velocity, world.arm_torque))
 
     monkeypatch.setattr(World, "step", watch)
-    world.release()
-    assert episode.play(trajectory).outcome.reasons == ("grasp_lost",)
+    assert play(episode, trajectory, World.release).outcome.reasons == ("grasp_lost",)
     check(*np.array(rows).transpose(1, 0, 2))

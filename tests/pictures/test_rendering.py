@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures import rendering
 from dressing_sim.pictures.rendering import BACKENDS, CAMERAS, INSTALL_HINT, OffscreenRenderer
@@ -57,7 +57,9 @@ def test_the_picture_follows_the_state_and_only_the_state(renderer, world):
 
 
 def test_drawing_does_not_change_the_physics(renderer, world, posture):
-    unseen = Episode(posture).world
+    dressing = Dressing(posture)
+    dressing.reset()
+    unseen = dressing.world
     for step in range(20):
         world.step()
         unseen.step()

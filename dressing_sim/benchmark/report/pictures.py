@@ -12,7 +12,7 @@ from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.figures import first_failure
 from dressing_sim.benchmark.run.replay import Replay, replay_episode
 from dressing_sim.benchmark.run.store import RunFolder
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.pictures.rendering import OffscreenRenderer, gl_backend
 from dressing_sim.world.simulation import World
 
@@ -69,4 +69,6 @@ def _row(again: Replay, n_rows: int) -> int:
 
 def _settled(again: Replay) -> NDArray[np.float64]:
     """The world before the robot moves, for an episode in which it never did."""
-    return Episode(again.posture, again.config).world.data.qpos.copy()
+    dressing = Dressing(again.posture, again.config)
+    dressing.reset()
+    return dressing.world.data.qpos.copy()

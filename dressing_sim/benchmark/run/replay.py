@@ -15,8 +15,8 @@ from dressing_sim.benchmark.run.plan import Job, fitting_seed
 from dressing_sim.benchmark.run.store import RunFolder, episode_line
 from dressing_sim.benchmark.studies import thresholds as sensitivity
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Observer
 from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.record import Observer
 from dressing_sim.learning import Policy
 
 

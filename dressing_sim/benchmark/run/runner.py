@@ -13,9 +13,8 @@ from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitti
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.dressing import Observer
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.record import demonstrate, record
+from dressing_sim.episode.record import DemonstrationFailed, Observer, demonstrate, record
 from dressing_sim.episode.rules import Outcome
 from dressing_sim.errors import DressingSimError
 from dressing_sim.learning import Policy
@@ -38,8 +37,13 @@ def record_demonstration(
     """
     for attempt in range(ATTEMPTS):
         seed = demonstration_seed(plan_seed, posture, demonstration_set, attempt)
-        demonstration, outcome = demonstrate(posture, seed, None, config)
-        if demonstration is not None and outcome.success:
+        try:
+            demonstration = demonstrate(posture, seed, None, config)
+        except DemonstrationFailed as error:
+            outcome = error.outcome
+            continue
+        outcome = demonstration.outcome or Outcome(False)
+        if outcome.success:
             return demonstration
     why = outcome.invalid or ", ".join(failure.detail for failure in outcome.failures)
     raise DressingSimError(

@@ -20,9 +20,9 @@ from dressing_sim.benchmark.run.executors import Workers, completed
 from dressing_sim.benchmark.run.plan import posture_seed
 from dressing_sim.benchmark.run.runner import Progress
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.record import DEFAULT_PATH_DT
+from dressing_sim.episode.record import DEFAULT_PATH_DT, follow
 from dressing_sim.episode.rules import Outcome
 from dressing_sim.world.scene import grip_start
 
@@ -153,11 +153,11 @@ class Trial:
 def simulate(setting: Setting, kind: str, posture: Posture, seed: int) -> Trial:
     """Simulate one episode of the study."""
     begun = time.process_time()
-    episode = Episode(posture, setting.config)
+    dressing = Dressing(posture, setting.config)
     # Not where the gripper has settled to: that depends, if little, on the settings.
     start = grip_start(posture, setting.config.world.sleeve)
     path, dt = path_of(kind, posture, start, posture_seed(seed, posture))
-    outcome = episode.follow(path, dt).outcome
+    outcome = follow(dressing, path, dt).outcome
     return Trial(setting.name, kind, posture.name, outcome, time.process_time() - begun)
 
 

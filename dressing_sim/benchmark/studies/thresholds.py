@@ -16,9 +16,8 @@ from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.runner import job_result
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Observer
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.record import record
+from dressing_sim.episode.record import Observer, record
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import Thresholds, judge, stopped
 from dressing_sim.learning import Policy

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise, permutations
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -24,6 +21,7 @@ from dressing_sim.benchmark.studies.thresholds import (
 )
 from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.thresholds import threshold_sources, threshold_units
 
 #: Seed of the bootstrap: the same episodes give the same summary.
 _BOOTSTRAP_SEED = 0
@@ -56,14 +54,14 @@ def summarise(
         from `dressing_sim.benchmark.analysis.statistics.Paired`.
     """
     ordered = sorted(results, key=lambda result: result.index)
-    told = documentation(Thresholds)
+    told, units = threshold_sources(), threshold_units()
     return {
         "factors": list(FACTORS),
         "thresholds": [
             {
                 "name": name,
                 "value": getattr(rules, name),
-                "unit": _unit(told[name]),
+                "unit": units[name],
                 "source": told[name],
                 "values": [getattr(scaled(rules, name, factor), name) for factor in FACTORS],
                 **_sensitivity(protocol, ordered, name),
@@ -148,21 +146,3 @@ def _lead(a: Row, b: Row) -> int:
     """Successes of the first less those of the second, over the episodes that both have."""
     pairs = [(a[key], b[key]) for key in a if key in b]
     return sum(int(x) - int(y) for x, y in pairs if x is not None and y is not None)
-
-
-def documentation(kind: type) -> dict[str, str]:
-    """The text that stands below each field of a class, in one line each."""
-    statements = ast.parse(inspect.getsource(kind)).body[0]
-    found = {}
-    for field, text in pairwise(ast.iter_child_nodes(statements)):
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-            found[field.target.id] = ""
-            if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
-                found[field.target.id] = " ".join(str(text.value.value).split())
-    return found
-
-
-def _unit(text: str) -> str:
-    """The unit in square brackets, or a dash."""
-    match = re.search(r"\[([^\]]+)\]", text)
-    return match[1] if match else "-"

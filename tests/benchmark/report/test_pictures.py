@@ -34,6 +34,9 @@ class FakeRenderer:
 
 class FakeEpisode:
     def __init__(self, posture, config):
+        self.posture = posture
+
+    def reset(self):
         self.world = SimpleNamespace(data=SimpleNamespace(qpos=np.array([SETTLED])))
 
 
@@ -54,7 +57,7 @@ def without_physics(monkeypatch):
 
     monkeypatch.setattr(pictures, "replay_episode", replay)
     monkeypatch.setattr(pictures, "OffscreenRenderer", FakeRenderer)
-    monkeypatch.setattr(pictures, "Episode", FakeEpisode)
+    monkeypatch.setattr(pictures, "Dressing", FakeEpisode)
     monkeypatch.setattr(pictures, "gl_backend", lambda: "fake")
     return differences
 

@@ -198,9 +198,9 @@ def attempts(monkeypatch):
         def demonstrate(posture, seed, operator, config):
             seeds.append(seed)
             line = np.linspace(posture.wrist, posture.shoulder, 30)
-            made = Demonstration(line, 0.05, posture, seed, np.zeros((30, 7)))
             done = len(seeds) > count
-            return made, Outcome(True) if done else outcomes[(len(seeds) - 1) % 2]
+            outcome = Outcome(True) if done else outcomes[(len(seeds) - 1) % 2]
+            return Demonstration(line, 0.05, posture, seed, np.zeros((30, 7)), outcome=outcome)
 
         monkeypatch.setattr(runner, "demonstrate", demonstrate)
         return seeds

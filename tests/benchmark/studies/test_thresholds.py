@@ -19,7 +19,8 @@ from dressing_sim.benchmark.studies.thresholds import (
     verdicts,
 )
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.record import follow
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import Failure, Outcome, Thresholds, Trace
 from dressing_sim.suites.suites import load_suite
@@ -189,10 +190,10 @@ def test_strain_is_read_at_each_percentile():
 
 def test_what_is_read_stands_beside_the_rows_of_a_trace(posture, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    episode = Episode(posture, EpisodeConfig(hold=0.1))
+    episode = Dressing(posture, EpisodeConfig(hold=0.1))
     reader = StrainReader([90.0, RULES.strain_percentile])
     path = episode.start + np.outer(np.linspace(0.0, 0.02, 5), [0.0, 0.0, 1.0])
-    trace = episode.follow(path, 0.05, reader).trace
+    trace = follow(episode, path, 0.05, reader).trace
     np.testing.assert_array_equal(reader.columns[RULES.strain_percentile], trace.strain)
     assert np.all(reader.columns[90.0] <= trace.strain)
 
