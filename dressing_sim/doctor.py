@@ -12,6 +12,7 @@ import numpy as np
 
 from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError
+from dressing_sim.system import processors
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ def examine() -> Iterator[Finding]:
     yield _check("simulation", _simulation)
     yield _check("suites", _suites)
     yield from _rendering()
-    yield Finding("processors", True, f"{os.cpu_count()}", needed=False)
+    yield Finding("processors", True, f"{processors()}", needed=False)
 
 
 def _check(name: str, work: Callable[[], str]) -> Finding:

@@ -21,9 +21,9 @@ from dressing_sim.benchmark.run.runner import dress_job
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies.convergence import FINEST, settings
 from dressing_sim.benchmark.studies.convergence_summary import agreement
-from dressing_sim.commands.options import processors
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.system import processors
 
 
 def again(folder: Path, index: int, config: EpisodeConfig) -> EpisodeResult:

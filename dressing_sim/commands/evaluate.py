@@ -16,11 +16,11 @@ from dressing_sim.commands.options import (
     command_line,
     names,
     print_table,
-    processors,
     resumable,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 if TYPE_CHECKING:
     from dressing_sim.benchmark.run.executors import Workers

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -75,13 +74,6 @@ def new_film(video: Path | None, camera: str, fps: int, width: int, height: int)
         raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
     gl_backend()  # without OpenGL, say so before simulating
     return Film(fps)
-
-
-def processors() -> int:
-    """Processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def print_table(cells: Sequence[Sequence[str]]) -> None:

@@ -14,10 +14,10 @@ from dressing_sim.commands.options import (
     command_line,
     names,
     print_table,
-    processors,
     resumable,
 )
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 
 def thresholds(

@@ -13,10 +13,10 @@ from dressing_sim.commands.options import (
     command_line,
     names,
     print_table,
-    processors,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 
 def validate(

@@ -1,4 +1,4 @@
-"""Pictures of the world without a screen: EGL, or OSMesa where EGL does not work.
+"""Pictures of the world without a screen: EGL, OSMesa, or the operating system's own OpenGL.
 
 Rendering has a model of its own, with the robot's skin, and copies only positions into it, so an
 episode's physics are the same whether anybody looks or not.
@@ -24,8 +24,17 @@ from dressing_sim.pictures.strain_colours import StrainColours
 from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
 from dressing_sim.world.scene import WorldConfig, build_spec
 
+#: Drawn with through PyOpenGL, without a window system; what there is on Linux.
+_THROUGH_PYOPENGL = ("egl", "osmesa")
+
+
+def backends(platform: str) -> tuple[str, ...]:
+    """Backends to try, by `sys.platform`: macOS and Windows have OpenGL of their own."""
+    return {"darwin": ("cgl", "glfw"), "win32": ("glfw",)}.get(platform, _THROUGH_PYOPENGL)
+
+
 #: Tried in this order unless the environment variable MUJOCO_GL names one of them.
-BACKENDS = ("egl", "osmesa")
+BACKENDS = backends(sys.platform)
 
 #: Software OpenGL draws no larger pictures [pixels].
 LARGEST_SIDE = 4096
@@ -33,7 +42,7 @@ LARGEST_SIDE = 4096
 CAMERAS = ("front", "close", "above")
 
 INSTALL_HINT = (
-    "no offscreen OpenGL works here: install EGL (Debian and Ubuntu: apt install libegl1 "
+    "no offscreen OpenGL works here: on Linux install EGL (Debian and Ubuntu: apt install libegl1 "
     "libegl-mesa0 libgl1-mesa-dri) or OSMesa (apt install libosmesa6)"
 )
 
@@ -71,8 +80,9 @@ def gl_backend() -> str:
     for backend in (wanted,) if wanted in BACKENDS else BACKENDS:
         reason = probe(backend)
         if reason is None:
-            # PyOpenGL binds to one platform at its first import, for the life of the process.
-            os.environ["PYOPENGL_PLATFORM"] = backend
+            if backend in _THROUGH_PYOPENGL:
+                # PyOpenGL binds to one platform at its first import, for the life of the process.
+                os.environ["PYOPENGL_PLATFORM"] = backend
             return backend
         if backend == wanted:
             raise DressingSimError(

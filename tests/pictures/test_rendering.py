@@ -75,6 +75,19 @@ def test_the_backend_that_is_used_works(opengl):
     assert rendering.probe(opengl) is None
 
 
+@pytest.mark.parametrize(
+    ("platform", "expected"),
+    [
+        ("linux", ("egl", "osmesa")),
+        ("freebsd14", ("egl", "osmesa")),
+        ("darwin", ("cgl", "glfw")),
+        ("win32", ("glfw",)),
+    ],
+)
+def test_each_operating_system_has_its_backends(platform, expected):
+    assert rendering.backends(platform) == expected
+
+
 def test_a_picture_that_is_too_large_to_draw_is_an_error(opengl, posture):
     with pytest.raises(DressingSimError):
         OffscreenRenderer(posture, WorldConfig(), width=10**5, height=10)

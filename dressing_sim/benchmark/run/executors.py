@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
@@ -17,7 +16,6 @@ from concurrent.futures import (
     ProcessPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
 from itertools import islice
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connection
@@ -26,6 +24,7 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from dressing_sim.errors import DressingSimError
+from dressing_sim.system import ignore_interrupt, interrupt_blocked
 
 Key = TypeVar("Key")
 
@@ -99,7 +98,7 @@ class Processes(Workers):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # Processes are started in here, and inherit what is blocked: a terminal sends Ctrl-C to
         # all, but only this process answers it.
-        with _interrupt_blocked():
+        with interrupt_blocked():
             return self._pool.submit(single_threaded, fn, *args, **kwargs)
 
     def renew(self) -> None:
@@ -117,22 +116,14 @@ class Processes(Workers):
 
 
 def _heed(leash: Connection) -> None:
-    """In a worker: end it as soon as the leash breaks, whatever it is doing."""
+    """In a worker: end it as soon as the leash breaks, whatever it is doing; nothing else does."""
+    ignore_interrupt()
 
     def watch() -> None:
         wait_for_connection([leash])
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def _interrupt_blocked() -> Iterator[None]:
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def completed(

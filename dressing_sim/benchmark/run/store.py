@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
@@ -20,6 +19,7 @@ from dressing_sim.episode.demonstration import Demonstration, load_demonstration
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
+from dressing_sim.system import lock_file
 
 SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
 DEMONSTRATIONS = "demonstrations"
@@ -237,7 +237,7 @@ def _locked(path: Path) -> Iterator[None]:
         raise unwritable(path, error) from error
     with file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock_file(file)
         except BlockingIOError as error:
             raise InvalidInputError(f"{path}: another process is running in it") from error
         except OSError as error:

@@ -1,0 +1,64 @@
+"""What differs between operating systems, in one place; importing it needs nothing but Python."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import IO, Any
+
+
+def lock_file(file: IO[Any]) -> None:
+    """Lock an open file for this process until it is closed.
+
+    Raises:
+        BlockingIOError: Another process holds it.
+        OSError: Files cannot be locked there.
+    """
+    try:
+        fcntl: Any = import_module("fcntl")
+    except ImportError:
+        _lock_byte(file)
+        return
+    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _lock_byte(file: IO[Any]) -> None:
+    """The same on Windows, where a lock is on bytes, whether the file has them or not."""
+    msvcrt: Any = import_module("msvcrt")
+    file.seek(0)
+    try:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    except PermissionError as error:
+        raise BlockingIOError(error.errno, error.strerror) from error
+
+
+@contextmanager
+def interrupt_blocked() -> Iterator[None]:
+    """Keep Ctrl-C from this thread, and from the processes that it starts in the meantime.
+
+    Where processes do not inherit what is blocked (Windows), nothing is; a process that must not
+    answer Ctrl-C calls `ignore_interrupt` as it begins.
+    """
+    mask = getattr(signal, "pthread_sigmask", None)
+    if mask is None:
+        yield
+        return
+    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        mask(signal.SIG_SETMASK, before)
+
+
+def ignore_interrupt() -> None:
+    """In a worker's main thread: leave Ctrl-C, which a terminal sends to all, to the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
