@@ -27,6 +27,11 @@ from dressing_sim.world.panda import HOME, TCP_BODY
 _HAND_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
+#: How quickly the gripper gathers speed towards a target that is far away [m/s^2]: a quarter of a
+#: second to full speed, which the joints can follow without overshooting. Own choice.
+GRIPPER_ACCELERATION = 1.0
+
+
 @dataclass(frozen=True, slots=True)
 class TrackingConfig:
     """How a path is followed."""
@@ -88,8 +93,9 @@ class Tracker:
     """Follows targets of the gripper, one control step at a time.
 
     Every command keeps the joints' limits of position, speed and acceleration (see
-    `JointLimitConstraint`), and the target itself is approached no faster than
-    ``config.max_speed``. What it is at, it remembers: commands continue each other.
+    `JointLimitConstraint`). A target that is farther than one step at ``config.max_speed`` is
+    approached at this speed, gathered and lost at `GRIPPER_ACCELERATION`. What it is
+    at, it remembers: commands continue each other.
 
     Args:
         kinematics: The robot.
@@ -98,6 +104,7 @@ class Tracker:
 
     Attributes:
         error: Distance between the last command's gripper and the target it approached [m].
+        speed: How fast the target was approached in the last step [m/s].
     """
 
     def __init__(
@@ -142,6 +149,7 @@ class Tracker:
         q: NDArray[np.float64],
         velocity: NDArray[np.float64] | None = None,
         target: NDArray[np.float64] | None = None,
+        speed: float = 0.0,
     ) -> None:
         """Begin anew from a configuration. From beyond the limits the joints come back to them.
 
@@ -149,6 +157,7 @@ class Tracker:
             q: Joint positions (7,) [rad].
             velocity: What the joints move with, (7,) [rad/s]; zero if not given.
             target: The target (3,) before the next one [m]; the gripper's place if not given.
+            speed: How fast that target was approached [m/s].
 
         Raises:
             InvalidInputError: A value of another shape, or one that is not finite.
@@ -160,6 +169,7 @@ class Tracker:
             self._limits.velocity = finite("joint velocities", velocity, n, "rad/s")
         self._configuration.update(start)
         self._target = self._gripper() if target is None else finite("target", target, 3, "m")
+        self.speed = float(speed)
         self.error = 0.0
 
     def step(
@@ -179,9 +189,10 @@ class Tracker:
         Raises:
             InvalidInputError: A value of another shape, not finite, or no rotation.
         """
-        self._target = self._approached(finite("target", target, 3, "m"))
-        tilt = self.config.tilt_cost
+        wanted = finite("target", target, 3, "m")
         orientation = _HAND_DOWN if rotation is None else checked_rotation(rotation)
+        self._target = self._approached(wanted)
+        tilt = self.config.tilt_cost
         self._hand.set_orientation_cost([tilt, tilt, 0.0 if rotation is None else tilt])
         self._hand.set_target(pin.SE3(orientation, self._target))
         velocity = pink.solve_ik(
@@ -203,10 +214,16 @@ class Tracker:
 
     def _approached(self, target: NDArray[np.float64]) -> NDArray[np.float64]:
         """The target, or as far towards it as the gripper may go in one step."""
-        way = target - self._target
-        length, most = float(np.linalg.norm(way)), self.config.max_speed * self.config.dt
-        # Paths are retimed to just this speed; rounding must not change them.
-        return target if length <= most * (1.0 + 1e-6) else self._target + most / length * way
+        way, dt = target - self._target, self.config.dt
+        length = float(np.linalg.norm(way))
+        # Paths are retimed to just the highest speed; rounding must not change them.
+        if length <= self.config.max_speed * dt * (1.0 + 1e-6):
+            self.speed = length / dt
+            return target
+        faster = self.speed + GRIPPER_ACCELERATION * dt
+        braking = float(np.sqrt(2.0 * GRIPPER_ACCELERATION * length))
+        self.speed = min(self.config.max_speed, faster, braking)
+        return self._target + self.speed * dt / length * way
 
     def _gripper(self) -> NDArray[np.float64]:
         place = self._configuration.get_transform_frame_to_world(TCP_BODY).translation

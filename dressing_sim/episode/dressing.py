@@ -288,6 +288,7 @@ class Dressing:
             "tracker.command": self._tracker.command,
             "tracker.velocity": self._tracker.velocity,
             "tracker.target": self._tracker.target,
+            "tracker.speed": np.asarray(self._tracker.speed),
         }
         values = {"stopped": self._stopped, "invalid": self._invalid, "runs": self._watch.runs}
         return pack(self._identity, values, arrays)
@@ -311,7 +312,9 @@ class Dressing:
         self._command, self._velocity = arrays["command"].copy(), arrays["velocity"].copy()
         self._target = arrays["target"].copy()
         tracked = _part("tracker.", arrays)
-        self._tracker.reset(tracked["command"], tracked["velocity"], tracked["target"])
+        self._tracker.reset(
+            tracked["command"], tracked["velocity"], tracked["target"], float(tracked["speed"])
+        )
         found = _part("row.", arrays)
         row: dict[str, Any] = {
             name: a.item() if a.ndim == 0 else a.copy() for name, a in found.items()

@@ -73,4 +73,4 @@ def unpack(data: bytes, identity: str) -> tuple[dict[str, Any], dict[str, NDArra
 
 def _plain(array: NDArray[Any]) -> NDArray[Any]:
     kind = {"f": "<f8", "i": "<i8", "b": "|b1"}[array.dtype.kind]
-    return np.ascontiguousarray(array, dtype=kind)
+    return np.asarray(array, dtype=kind, order="C")
