@@ -1,23 +1,27 @@
 """dressing_sim: a simulated dressing-robot benchmark and its learning-from-demonstration library.
 
-The public names below are loaded on first use, so that ``import dressing_sim.learning`` stays
-light: it needs neither MuJoCo nor Pinocchio.
+The public names below are loaded on first use, so that ``import dressing_sim`` and
+``import dressing_sim.learning`` stay light: they need neither MuJoCo nor Pinocchio. Their types are
+in ``__init__.pyi``, which a test holds against what is here.
 """
 
 from importlib import import_module
-from typing import Any
 
 __version__ = "0.1.0"
 
 _PUBLIC = {
     "Demonstration": "dressing_sim.episode.demonstration",
-    "Outcome": "dressing_sim.episode.rules",
+    "Dressing": "dressing_sim.episode.dressing",
+    "EpisodeConfig": "dressing_sim.episode.config",
+    "Operator": "dressing_sim.episode.operator",
+    "Outcome": "dressing_sim.episode.outcome",
     "Policy": "dressing_sim.learning",
     "Posture": "dressing_sim.arm",
     "demonstrate": "dressing_sim.episode.record",
     "dress": "dressing_sim.episode.record",
     "load_demonstrations": "dressing_sim.episode.demonstration",
     "load_suite": "dressing_sim.suites.suites",
+    "record": "dressing_sim.episode.record",
     "sample_postures": "dressing_sim.suites.distribution",
     "save_demonstrations": "dressing_sim.episode.demonstration",
 }
@@ -25,7 +29,7 @@ _PUBLIC = {
 __all__ = sorted([*_PUBLIC, "__version__"])
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _PUBLIC:
         raise AttributeError(f"module 'dressing_sim' has no attribute {name!r}")
     return getattr(import_module(_PUBLIC[name]), name)
