@@ -7,7 +7,7 @@ dressed, is the one next to the robot.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from numbers import Real
 from typing import Any
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning.frame import Frame
+from dressing_sim.learning.frame import Frame, Situation
 
 Vector = NDArray[np.float64]
 
@@ -61,6 +61,12 @@ class ArmSize:
         pairs = zip(astuple(self), astuple(variation), strict=True)
         return ArmSize(*(value * (1.0 + deviations * relative) for value, relative in pairs))
 
+
+#: Frames that an arm has at its joints, and the joint that each one's x axis points at.
+FRAMES: Mapping[str, str] = {"shoulder": "elbow", "wrist": "elbow", "elbow": "shoulder"}
+
+#: The paper's situation.
+SITUATION = ("shoulder", "wrist")
 
 #: 50th percentile; lengths and radii as in Assistive Gym's ``human_creation.py``.
 _MEDIAN = {
@@ -191,16 +197,23 @@ class Posture:
         direction = -np.cos(bend) * up + np.sin(bend) * forward
         return self.elbow + self.arm_size.forearm_length * direction
 
-    def frames(self) -> tuple[Frame, Frame]:
-        """The situation a policy is asked for: the frame at the shoulder, then at the wrist.
+    def frames(self, *names: str) -> Situation:
+        """The situation a policy is asked for: the frames at the shoulder and at the wrist.
+
+        Args:
+            names: Other frames, of `FRAMES`, in this order.
 
         Returns:
-            Two frames with their origins at the shoulder and at the wrist and their x axes
-            towards the elbow (Zhu, Gienger, Kober 2022, Section VI). The paper leaves the other
-            two axes open; here z points up as far as x allows (see `gravity_frame`), because a
-            sleeve hangs, and because this is defined for a straight arm too.
+            Frames with their origins at the joints of these names and their x axes towards the
+            elbow (Zhu, Gienger, Kober 2022, Section VI), that of the elbow towards the shoulder.
+            The paper leaves the other two axes open; here z points up as far as x allows (see
+            `gravity_frame`), because a sleeve hangs, and because this is defined for a straight
+            arm too.
+
+        Raises:
+            InvalidInputError: The arm has no such frame.
         """
-        return situation(self.shoulder, self.elbow, self.wrist)
+        return situation(self.shoulder, self.elbow, self.wrist, names or SITUATION)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a file; `from_dict` is the inverse."""
@@ -263,6 +276,12 @@ def gravity_frame(origin: Vector, towards: Vector) -> Frame:
     return Frame(np.column_stack([x, np.cross(z, x), z]), origin)
 
 
-def situation(shoulder: Vector, elbow: Vector, wrist: Vector) -> tuple[Frame, Frame]:
-    """Frames at the shoulder and the wrist of an arm given by its three joints (3,) [m]."""
-    return gravity_frame(shoulder, elbow), gravity_frame(wrist, elbow)
+def situation(
+    shoulder: Vector, elbow: Vector, wrist: Vector, names: Sequence[str] = SITUATION
+) -> Situation:
+    """Frames of an arm given by its three joints (3,) [m], see `Posture.frames`."""
+    joints = {"shoulder": shoulder, "elbow": elbow, "wrist": wrist}
+    unknown = [name for name in names if name not in FRAMES]
+    if unknown:
+        raise InvalidInputError(f"unknown frame {unknown[0]!r}; valid is {', '.join(FRAMES)}")
+    return Situation.of([gravity_frame(joints[n], joints[FRAMES[n]]) for n in names], names)

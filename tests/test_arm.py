@@ -219,3 +219,17 @@ def test_ranges_of_the_angles_are_those_of_the_left_arm():
         "rotation_deg": (-90.0, 70.0),
         "elbow_deg": (0.0, 150.0),
     }
+
+
+def test_frames_have_names_and_others_can_be_asked_for():
+    posture = Posture("p", 70, 20, 30, 40)
+    frames = posture.frames()
+    assert frames.names == ("shoulder", "wrist")
+    three = posture.frames("shoulder", "wrist", "elbow")
+    assert three[:2] == frames
+    np.testing.assert_allclose(three.elbow.b, posture.elbow)
+    towards = (posture.shoulder - posture.elbow) / posture.arm_size.upper_arm_length
+    np.testing.assert_allclose(three.elbow.A[:, 0], towards, atol=1e-12)
+    assert posture.frames("elbow").names == ("elbow",)
+    with pytest.raises(InvalidInputError, match="'head'; valid is shoulder, wrist, elbow"):
+        posture.frames("head")

@@ -18,7 +18,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file, replacing
-from dressing_sim.learning.frame import Frame
+from dressing_sim.learning.frame import Situation
 
 FORMAT = "dressing_sim demonstrations"
 FORMAT_VERSION = 1
@@ -96,7 +96,7 @@ class Demonstration:
             )
 
     @property
-    def frames(self) -> tuple[Frame, Frame]:
+    def frames(self) -> Situation:
         """Frames at the shoulder and at the wrist (see `dressing_sim.Posture.frames`)."""
         return self.posture.frames()
 

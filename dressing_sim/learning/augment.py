@@ -231,7 +231,7 @@ def _synthetic(
     """One synthetic demonstration, by the method of the settings."""
     if settings.method == "noise":
         expert = experts[int(rng.integers(len(experts)))]
-        made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, tuple(expert.frames))
+        made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, expert.frames)
     else:
         assert sampler is not None
         made = policy.synthesise(sampler.sample(rng))

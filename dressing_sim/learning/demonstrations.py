@@ -25,7 +25,7 @@ class DemonstrationLike(Protocol):
         """Time between two samples in [s]."""
 
     @property
-    def frames(self) -> Situation:
+    def frames(self) -> Sequence[Frame]:
         """The situation: the same number of frames, in the same order, in every demonstration."""
 
 
@@ -36,18 +36,18 @@ class SyntheticDemonstration:
     Attributes:
         positions: (T, p) positions in world coordinates.
         dt: time between two samples in [s].
-        frames: the situation.
+        frames: the situation; any sequence of frames, kept as a `Situation`.
     """
 
     positions: FloatArray
     dt: float
-    frames: Situation
+    frames: Sequence[Frame]
 
     def __post_init__(self) -> None:
         positions = np.array(self.positions, dtype=np.float64)
         positions.flags.writeable = False
         object.__setattr__(self, "positions", positions)
-        object.__setattr__(self, "frames", tuple(self.frames))
+        object.__setattr__(self, "frames", Situation.of(self.frames))
 
 
 def check_demonstrations(

@@ -1,8 +1,8 @@
 """Task parameters: coordinate frames, and the situations that are tuples of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NoReturn, Self, SupportsIndex, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -91,7 +91,82 @@ class Frame:
         return hash(((self.A + 0.0).tobytes(), (self.b + 0.0).tobytes()))
 
 
-Situation: TypeAlias = tuple[Frame, ...]
+class Situation(tuple[Frame, ...]):
+    """The frames that a policy is asked for, by place and, if they have names, by name.
+
+    ``Situation(shoulder=a, wrist=b)`` has ``frames.shoulder``, ``frames["shoulder"]`` and
+    ``frames[0]``; ``Situation(a, b)`` has no names. It is a tuple: it equals every tuple of the
+    same frames, whatever their names.
+
+    Args:
+        frames: Frames without names.
+        named: Frames by name, in their order; a situation has either names or none.
+
+    Attributes:
+        names: One a frame, or none.
+
+    Raises:
+        InvalidInputError: Some frames with and some without a name, something that is no frame, or
+            a name that hides an attribute of tuples.
+    """
+
+    names: tuple[str, ...]
+
+    def __new__(cls, *frames: Frame, **named: Frame) -> Self:
+        """Check and keep the frames."""
+        if frames and named:
+            raise InvalidInputError("a situation has names for all of its frames or for none")
+        taken = [name for name in named if hasattr(cls, name) or name in cls.__annotations__]
+        if taken:
+            raise InvalidInputError(f"a frame cannot be called {taken[0]!r}, valid is another name")
+        self = super().__new__(cls, frames or named.values())
+        others = [frame for frame in self if not isinstance(frame, Frame)]
+        if others:
+            raise InvalidInputError(f"a situation holds frames, not {others[0]!r:.40}")
+        vars(self).update(named, names=tuple(named))
+        return self
+
+    @classmethod
+    def of(cls, frames: Iterable[Frame], names: Sequence[str] = ()) -> Self:
+        """The frames as a situation: as it is if it is one, else with the names given."""
+        if isinstance(frames, cls) and not names:
+            return frames
+        if names:
+            return cls(**dict(zip(names, frames, strict=True)))
+        return cls(*frames)
+
+    def __getattr__(self, name: str) -> Frame:
+        # Reached for names that the situation has not; the others are in its dictionary.
+        raise AttributeError(f"no frame {name!r}; valid is {self._valid()}")
+
+    @overload
+    def __getitem__(self, key: SupportsIndex | str) -> Frame: ...
+    @overload
+    def __getitem__(self, key: slice) -> tuple[Frame, ...]: ...
+    def __getitem__(self, key: SupportsIndex | str | slice) -> Frame | tuple[Frame, ...]:
+        """A frame by place or name, or a plain tuple of some of them."""
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        if key not in self.names:
+            raise KeyError(f"no frame {key!r}; valid is {self._valid()}")
+        return self[self.names.index(key)]
+
+    def _valid(self) -> str:
+        return ", ".join(vars(self).get("names", ())) or "a number: the frames have no names"
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError("a situation cannot be changed")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError("a situation cannot be changed")
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self).of, (tuple(self), self.names)
+
+    def __repr__(self) -> str:
+        named = zip(self.names, self, strict=True)
+        inside = [f"{name}={frame!r}" for name, frame in named] if self.names else map(repr, self)
+        return f"Situation({', '.join(inside)})"
 
 
 def stack_frames(frames: Sequence[Frame]) -> tuple[FloatArray, FloatArray]:

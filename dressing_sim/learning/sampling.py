@@ -21,7 +21,7 @@ from dressing_sim.learning.frame import FloatArray, Frame, Situation
 class SituationSampler(Protocol):
     """Draws situations. A task that knows its kinematics (an arm's joints, say) brings its own."""
 
-    def sample(self, rng: np.random.Generator) -> Situation:
+    def sample(self, rng: np.random.Generator) -> Sequence[Frame]:
         """A random situation; the same generator state gives the same one."""
 
 
@@ -109,13 +109,15 @@ class BoundsSampler:
 
     Attributes:
         bounds: one for each frame of the situation.
+        names: of the frames, if they have any.
     """
 
     bounds: tuple[FrameBounds, ...]
+    names: tuple[str, ...] = ()
 
     def sample(self, rng: np.random.Generator) -> Situation:
         """A situation, each frame uniform within its bounds."""
-        return tuple(bounds.sample(rng) for bounds in self.bounds)
+        return Situation.of([bounds.sample(rng) for bounds in self.bounds], self.names)
 
     @classmethod
     def around(
@@ -134,7 +136,7 @@ class BoundsSampler:
             angle_margin: added on both sides of each angle that varies, in [rad].
             translation_margin: added on both sides, as a fraction of each coordinate's range.
         """
-        situations = [d.frames for d in check_demonstrations(demonstrations)]
+        situations = [Situation.of(d.frames) for d in check_demonstrations(demonstrations)]
         bounds = []
         for views in zip(*situations, strict=True):
             base = views[0].A
@@ -149,7 +151,7 @@ class BoundsSampler:
                     (origins.min(axis=0) - slack, origins.max(axis=0) + slack),
                 )
             )
-        return cls(tuple(bounds))
+        return cls(tuple(bounds), situations[0].names)
 
 
 def _nearest_rotation(base: FloatArray, other: FloatArray) -> FloatArray:

@@ -154,13 +154,13 @@ class TimeTPGMM:
         """The regression in a demonstration's own situation, at its own sample times."""
         times = np.arange(len(demonstration.positions)) * demonstration.dt
         path, _ = self.at_times(demonstration.frames, times)
-        return SyntheticDemonstration(path, demonstration.dt, tuple(demonstration.frames))
+        return SyntheticDemonstration(path, demonstration.dt, demonstration.frames)
 
     def synthesise(self, frames: Sequence[Frame]) -> SyntheticDemonstration:
         """The motion for a new situation as a demonstration, for Algorithm 1."""
         path = self.generate(frames)
         assert self.dt is not None
-        return SyntheticDemonstration(path, self.dt, tuple(frames))
+        return SyntheticDemonstration(path, self.dt, frames)
 
     def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
         """Reproduction cost: ``rms_cost``, in the unit of the positions."""

@@ -212,7 +212,7 @@ class TrajectoryTPGMM:
 
     def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
         """The motion for a demonstration's own situation, from its own first position."""
-        frames = tuple(demonstration.frames)
+        frames = demonstration.frames
         path = self.generate(frames, np.asarray(demonstration.positions)[0])
         assert self.dt is not None
         return SyntheticDemonstration(path, self.dt, frames)
@@ -227,7 +227,7 @@ class TrajectoryTPGMM:
         assert self.start_point is not None
         assert self.dt is not None
         path = self.generate(frames, self.start_point.predict(frames))
-        return SyntheticDemonstration(path, self.dt, tuple(frames))
+        return SyntheticDemonstration(path, self.dt, frames)
 
     def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
         """Reproduction cost: ``dtw_cost``, in the unit of the positions."""

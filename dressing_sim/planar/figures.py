@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dressing_sim.files import replacing
 from dressing_sim.learning.demonstrations import DemonstrationLike, in_frames
-from dressing_sim.learning.frame import FloatArray, Situation
+from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.planar.box import outline
 from dressing_sim.planar.study import Selection, Study, situation_sampler
 
@@ -56,7 +56,7 @@ def _panels(n_rows: int, n_columns: int) -> tuple[Figure, Any]:
     return figure, axes
 
 
-def _boxes(axes: Axes, frames: Situation) -> None:
+def _boxes(axes: Axes, frames: Sequence[Frame]) -> None:
     for frame, colour in zip(frames, BOX_COLOURS, strict=False):
         axes.add_patch(Polygon(outline(frame), facecolor=colour, edgecolor="0.4", lw=0.6))
 
@@ -114,7 +114,7 @@ def _generalisation(study: Study) -> Figure:
     """Validation situations or, where there are none, random ones without an expert."""
     experts: Sequence[DemonstrationLike] = study.data.validation
     if experts:
-        situations = [tuple(expert.frames) for expert in experts]
+        situations = [expert.frames for expert in experts]
     else:
         sampler = situation_sampler(study.data, study.settings.situations)
         rng = np.random.default_rng(study.settings.seed)

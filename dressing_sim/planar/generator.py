@@ -5,13 +5,14 @@ bottom of the goal box. The demonstrator's waypoints, timing and speed vary as a
 that would touch a wall is drawn again, in another situation.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
-from dressing_sim.learning.frame import FloatArray, Frame, Situation
+from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.sampling import FrameBounds, rotation
 from dressing_sim.planar.box import MOUTH, outline, violation
 
@@ -87,7 +88,7 @@ def _clear(path: SyntheticDemonstration) -> bool:
     ) and not _boxes_overlap(path.frames)
 
 
-def _boxes_overlap(frames: Situation) -> bool:
+def _boxes_overlap(frames: Sequence[Frame]) -> bool:
     """Whether the two boxes, taken with their channels, share ground (separating axes)."""
     hulls = [outline(frame)[:-1][[0, 1, 6, 7]] for frame in frames]
     for frame in frames:
@@ -100,7 +101,7 @@ def _boxes_overlap(frames: Situation) -> bool:
     return True
 
 
-def _path(frames: Situation, rng: np.random.Generator) -> FloatArray:
+def _path(frames: Sequence[Frame], rng: np.random.Generator) -> FloatArray:
     """A smooth path (SAMPLES, 2) through the two mouths, at a person's uneven speed."""
     from scipy.interpolate import CubicSpline
 

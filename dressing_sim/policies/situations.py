@@ -11,7 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.arm import ANGLE_LIMITS_DEG, Vector, situation
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import DemonstrationLike, Frame, Policy, SyntheticDemonstration
+from dressing_sim.learning import (
+    DemonstrationLike,
+    Frame,
+    Policy,
+    Situation,
+    SyntheticDemonstration,
+)
 from dressing_sim.learning.sampling import SituationSampler
 
 #: The plane of an arm straighter than this is not trusted [deg].
@@ -42,7 +48,7 @@ def joints(frames: Sequence[Frame]) -> tuple[Vector, Vector, Vector]:
     return shoulder, elbow, wrist
 
 
-def in_arm_plane(frames: Sequence[Frame]) -> tuple[Frame, ...]:
+def in_arm_plane(frames: Sequence[Frame]) -> Situation:
     """The same two frames, turned about their x axes until z is the normal of the arm's plane.
 
     An elbow bends one way only, so the normal ``x_shoulder x x_wrist`` does not flip. A straight
@@ -50,13 +56,15 @@ def in_arm_plane(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     """
     normal = np.cross(frames[0].A[:, 0], frames[1].A[:, 0])
     length = np.linalg.norm(normal)
+    given = Situation.of(frames)
     if length < np.sin(np.deg2rad(STRAIGHT_DEG)):
-        return tuple(frames)
+        return given
     z = normal / length
-    return tuple(
+    turned = [
         Frame(np.column_stack([frame.A[:, 0], np.cross(z, frame.A[:, 0]), z]), frame.b)
-        for frame in frames
-    )
+        for frame in given
+    ]
+    return Situation.of(turned, given.names)
 
 
 def in_arm_planes(demonstrations: Sequence[DemonstrationLike]) -> list[DemonstrationLike]:
@@ -108,7 +116,7 @@ class ArmSampler:
         high[[6, 8]] = np.minimum(high[[6, 8]], np.pi / 2.0)
         return cls(low, high)
 
-    def sample(self, rng: np.random.Generator) -> tuple[Frame, Frame]:
+    def sample(self, rng: np.random.Generator) -> Situation:
         """Gravity-aligned frames of a random arm."""
         farthest = np.cos(np.deg2rad(ANGLE_LIMITS_DEG["elbow_deg"][1]))
         while True:
@@ -143,7 +151,7 @@ class InArmPlane:
 
     sampler: SituationSampler
 
-    def sample(self, rng: np.random.Generator) -> tuple[Frame, ...]:
+    def sample(self, rng: np.random.Generator) -> Situation:
         """A random situation."""
         return in_arm_plane(self.sampler.sample(rng))
 
