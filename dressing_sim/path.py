@@ -2,74 +2,138 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import Frame, Policy
+from dressing_sim.inputs import asked_with
+from dressing_sim.seeds import derived_seed
 
 
-def checked_path(path: object, name: str) -> NDArray[np.float64]:
-    """A policy's path as an array, once it is one.
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Where the gripper should go.
+
+    Attributes:
+        positions: Positions (T, 3), T of 2 or more, in the robot's base frame [m].
+        dt: Time between two of them [s]; None leaves the speed to whoever plays the path.
 
     Raises:
-        InvalidInputError: It is not of shape (T, 3), T of 2 or more, or not finite.
+        InvalidInputError: Another shape, values that are not finite, or a time that is not above
+            zero.
     """
+
+    positions: NDArray[np.float64]
+    dt: float | None = None
+
+    def __post_init__(self) -> None:
+        positions = np.array(_checked_positions(self.positions, "a path"))
+        positions.flags.writeable = False
+        object.__setattr__(self, "positions", positions)
+        if self.dt is not None:
+            object.__setattr__(self, "dt", _checked_dt(self.dt, np.inf, "a path: its"))
+
+    def __len__(self) -> int:
+        """Number of positions T."""
+        return len(self.positions)
+
+
+def _checked_positions(path: object, doing: str) -> NDArray[np.float64]:
     try:
         array = np.asarray(path, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InvalidInputError(
-            f"{name}: returned {path!r:.60}, valid is an array (T, 3)"
-        ) from error
+        raise InvalidInputError(f"{doing} {path!r:.60}, valid is an array (T, 3)") from error
     if array.ndim != 2 or array.shape[1] != 3 or len(array) < 2:
         raise InvalidInputError(
-            f"{name}: returned an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"
+            f"{doing} an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"
         )
     if not np.isfinite(array).all():
         raise InvalidInputError(
-            f"{name}: returned values that are not finite (NaN or infinite), valid are metres"
+            f"{doing} values that are not finite (NaN or infinite), valid are metres"
         )
     return array
 
 
+def _checked_dt(dt: object, longest: float, whose: str) -> float:
+    # A bool is a number to Python; a NaN is not between anything.
+    if isinstance(dt, Real) and not isinstance(dt, bool) and 0.0 < float(dt) <= longest:
+        return float(dt)
+    most = "" if longest == np.inf else f", up to the episode's time limit of {longest:g} s"
+    raise InvalidInputError(f"{whose} dt is {dt!r}, valid is seconds above zero{most}")
+
+
+def checked_path(made: object, name: str) -> Path:
+    """What a policy returned as a path, once it is one: a `Path`, or an array (T, 3) in [m].
+
+    Raises:
+        InvalidInputError: It is not of shape (T, 3), T of 2 or more, or not finite.
+    """
+    return made if isinstance(made, Path) else Path(_checked_positions(made, f"{name}: returned"))
+
+
 def policy_path(
-    policy: Policy,
-    frames: Sequence[Frame],
+    source: object,
+    posture: Posture,
     start: NDArray[np.float64],
+    seed: int,
     default_dt: float,
     longest_dt: float,
-) -> tuple[NDArray[np.float64], float]:
-    """A policy's path for a situation.
+) -> Path:
+    """The path that dresses a posture.
 
     Args:
-        policy: Fitted; its attribute ``dt``, if it has one, is the time between its points.
-        frames: The situation.
+        source: A fitted policy, which is asked with what its class of inputs stands for; its
+            attribute ``dt``, if it has one, is the time between its points unless its path says.
+            Or the path itself, a `Path` or an array (T, 3) of numpy.
+        posture: The arm.
         start: Where the gripper is, (3,), in the robot's base frame [m].
-        default_dt: Time between the points of a policy that does not say [s].
+        seed: Of the episode.
+        default_dt: Time between the points of a path without a ``dt`` [s].
         longest_dt: Largest time between two points [s].
-
-    Returns:
-        Positions, shape (T, 3), in the robot's base frame [m], and the time between two [s].
 
     Raises:
         InvalidInputError: It is no policy, or its path or time step is not valid.
     """
-    if isinstance(policy, type) or not callable(getattr(policy, "generate", None)):
-        raise InvalidInputError(
-            f"cannot dress with {policy!r:.60}; valid is a policy, an Operator or a path, an array "
-            "(T, 3) of numpy"
-        )
-    name = f"policy {type(policy).__name__}"
-    dt = getattr(policy, "dt", None)
-    # A bool is a number to Python; a NaN is not between anything.
-    is_number = isinstance(dt, Real) and not isinstance(dt, bool)
-    if dt is not None and not (is_number and 0.0 < float(dt) <= longest_dt):
-        raise InvalidInputError(
-            f"{name}: its attribute dt is {dt!r}, valid is seconds above zero, up to the episode's "
-            f"time limit of {longest_dt:g} s"
-        )
-    path = checked_path(policy.generate(frames, start), name)
-    return path, default_dt if dt is None else float(dt)
+    if isinstance(source, np.ndarray | Path):
+        path, dt, whose = checked_path(source, "the path"), None, "the path: its"
+    else:
+        generate = getattr(source, "generate", None)
+        if isinstance(source, type) or not callable(generate):
+            raise InvalidInputError(
+                f"cannot dress with {source!r:.60}; valid is a policy, a Path or an array (T, 3) "
+                "of numpy"
+            )
+        name = f"policy {type(source).__name__}"
+        dt, whose = getattr(source, "dt", None), f"{name}: its attribute"
+        if dt is not None:
+            dt = _checked_dt(dt, longest_dt, whose)
+        own = {"seed": policy_seed(source, seed)} if takes_seed(generate) else {}
+        path = checked_path(generate(asked_with(source, posture), start, **own), name)
+        whose = f"{name}: its path's"
+    if path.dt is not None:
+        return Path(path.positions, _checked_dt(path.dt, longest_dt, whose))
+    return Path(path.positions, default_dt if dt is None else dt)
+
+
+def takes_seed(function: Callable[..., object]) -> bool:
+    """Whether a function, or a class, has an argument ``seed``."""
+    try:
+        return "seed" in inspect.signature(function).parameters
+    except ValueError:  # what is written in C need not say what it takes
+        return False
+
+
+def policy_seed(policy: object, seed: int) -> int:
+    """Seed of a policy's own randomness in an episode, from the episode's seed and its name.
+
+    The name is its attribute ``stream`` or its class's. Without a name, as the operator, it gets
+    the seed of the episode as it is.
+    """
+    stream = getattr(policy, "stream", type(policy).__qualname__)
+    return derived_seed(f"{seed}/generate {stream}") if stream else seed

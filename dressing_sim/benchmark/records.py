@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from dressing_sim.arm import Posture
 from dressing_sim.episode.rules import Outcome
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.registry import EXPERT, known_name
+from dressing_sim.learning import Inputs
+from dressing_sim.policies.registry import known_name, learns
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +22,13 @@ class Entry:
         demonstrations: Suite of the postures it was shown, ``NAME:n`` for the first n of them, or
             None for the expert.
         variation: What is drawn anew for each episode, of `dressing_sim.episode.variation.FACTORS`.
+        inputs: The policy's class of inputs; a plan says it, and rows are the same whatever it is.
     """
 
     policy: str
     demonstrations: str | None = None
     variation: tuple[str, ...] = ()
+    inputs: Inputs = field(default="frames", compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a summary."""
@@ -72,7 +75,7 @@ class Protocol:
         entries = [
             Entry(name, demonstrations, variation)
             for name in dict.fromkeys(map(known_name, names))
-            for demonstrations in ([None] if name == EXPERT else shown)
+            for demonstrations in (shown if learns(name) else [None])
             for variation in variations
         ]
         return replace(self, entries=tuple(entries))

@@ -12,12 +12,16 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file
 
 if TYPE_CHECKING:
-    from dressing_sim.episode.record import PathSource
+    from collections.abc import Sequence
+
+    from dressing_sim.episode.demonstration import Demonstration
+    from dressing_sim.learning import Policy
 
 
 def dress(
     posture: str,
     policy: str = "expert",
+    demonstrations: str = "case_a",
     seed: int = 0,
     video: Path | None = None,
     camera: str = "front",
@@ -32,11 +36,16 @@ def dress(
 
     Or: dressing-sim dress --posture 70,30,40,50,female --policy case_a.npz
 
+    Or: dressing-sim dress --posture bent40 --policy tp-gmm-rf --demonstrations case_b
+
     Args:
         posture: name of a posture in a suite, or FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in
             degrees.
-        policy: expert, or a file that ``dressing-sim learn`` wrote.
-        seed: of the operator's variability.
+        policy: a name as of ``dressing-sim evaluate --policies``, with ?name=value&... for its
+            hyper-parameters, or a file that ``dressing-sim learn`` wrote.
+        demonstrations: what a policy given by its name learns from: a suite that is demonstrated
+            first, or a file that ``dressing-sim demonstrate`` wrote.
+        seed: of the operator's variability, and of the policy's own randomness.
         video: film to write: .mp4 or .gif.
         camera: front, close or above.
         fps: pictures a second.
@@ -52,7 +61,7 @@ def dress(
     check_seed(seed)
     config = EpisodeConfig()
     film = new_film(video, camera, fps, width, height)
-    source = _source(policy)
+    source = _source(policy, demonstrations, seed)
     outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
     if json:
         print(
@@ -67,20 +76,41 @@ def dress(
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
 
 
-def _source(policy: str) -> PathSource:
-    from dressing_sim.episode.operator import Operator
+def _source(policy: str, demonstrations: str, seed: int) -> Policy:
+    """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
+    from dressing_sim.benchmark.records import Entry
+    from dressing_sim.benchmark.run.plan import fitting_seed
+    from dressing_sim.inputs import fit
     from dressing_sim.learning import Policy
     from dressing_sim.learning.storage import load_model
-    from dressing_sim.policies.registry import EXPERT
+    from dressing_sim.policies.registry import known_name, learns, make_policy
 
-    if policy == EXPERT:
-        return Operator()
-    if not is_file(policy):
-        raise InvalidInputError(
-            f"policy {policy!r}: no such file; valid is {EXPERT} or a file written by "
-            "'dressing-sim learn'"
-        )
-    fitted = load_model(policy)
-    if not isinstance(fitted, Policy):
-        raise InvalidInputError(f"policy {policy}: holds a model that cannot generate a path")
-    return fitted
+    if is_file(policy):
+        loaded = load_model(policy)
+        if not isinstance(loaded, Policy):
+            raise InvalidInputError(f"policy {policy}: holds a model that cannot generate a path")
+        return loaded
+    name = known_name(policy)
+    try:
+        fresh = make_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{error}, or a file written by 'dressing-sim learn'") from error
+    return fit(fresh, _recorded(demonstrations, seed)) if learns(name) else fresh
+
+
+def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:
+    """Demonstrations of a file, or on the postures of a suite."""
+    import h5py
+
+    from dressing_sim.benchmark.run.runner import record_demonstration
+    from dressing_sim.episode.config import EpisodeConfig
+    from dressing_sim.episode.demonstration import load_demonstrations
+    from dressing_sim.suites.suites import shown_postures
+
+    if is_file(demonstrations) and h5py.is_hdf5(demonstrations):
+        return load_demonstrations(demonstrations)
+    recorded = []
+    for posture in shown_postures(demonstrations):
+        print(f"demonstrating on {posture.name}", file=sys.stderr)
+        recorded.append(record_demonstration(seed, posture, 0, EpisodeConfig()))
+    return recorded

@@ -20,13 +20,16 @@ def learn(
 
     For example: dressing-sim learn case_a.h5 --out case_a.npz
 
+    Or: dressing-sim learn case_a.h5 --policy "tp-gmm-rf?max_iterations=50"
+
     Args:
         demonstrations: file that ``dressing-sim demonstrate`` wrote.
-        policy: name of the policy.
+        policy: name of the policy, with ?name=value&... for its hyper-parameters.
         out: file to write.
         json: print what was learned as JSON.
     """
     from dressing_sim.episode.demonstration import load_demonstrations
+    from dressing_sim.inputs import fit
     from dressing_sim.learning.storage import Storable, save_model
     from dressing_sim.policies.registry import make_policy
 
@@ -34,8 +37,8 @@ def learn(
     if not isinstance(fresh, Storable):
         raise InvalidInputError(f"policy {policy!r} cannot be saved; valid is one with state()")
     recorded = load_demonstrations(demonstrations)
-    fitted = fresh.fit(recorded)
-    save_model(fitted, out)
+    fit(fresh, recorded)
+    save_model(fresh, out)
     if json:
         print(
             json_format.dumps(

@@ -9,13 +9,13 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from dressing_sim.files import write_text
-from dressing_sim.learning.augment import METHODS, Retraining
+from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import Run, Situations, StudySettings, run_study
+from dressing_sim.planar.study import OPTIONS, Run, Situations, StudySettings, run_study
 
 
 def planar(
@@ -26,11 +26,11 @@ def planar(
     runs: int = 20,
     seed: int = 1,
     workers: int = 1,
-    max_demonstrations: int = 8,
-    max_iterations: int = 50,
-    snr_db: float = 30.0,
-    noise_reference: NoiseReference = "world",
-    retrain: Retraining = "warm",
+    max_demonstrations: int = OPTIONS.max_demonstrations,
+    max_iterations: int = OPTIONS.max_iterations,
+    snr_db: float = OPTIONS.snr_db,
+    noise_reference: NoiseReference = OPTIONS.noise_reference,
+    retrain: Retraining = OPTIONS.retrain,
     situations: Situations = "paper",
     out: Path | None = None,
     json: bool = False,
@@ -72,11 +72,13 @@ def planar(
         methods=METHODS if method == "all" else (method,),
         runs=runs,
         seed=seed,
-        max_demonstrations=max_demonstrations,
-        max_iterations=max_iterations,
-        snr_db=snr_db,
-        noise_reference=noise_reference,
-        retrain=retrain,
+        options=AugmentOptions(
+            max_demonstrations=max_demonstrations,
+            max_iterations=max_iterations,
+            snr_db=snr_db,
+            noise_reference=noise_reference,
+            retrain=retrain,
+        ),
         situations=situations,
     )
     data = generate(seed) if demos is None else load(demos)

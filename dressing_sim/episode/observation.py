@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning.frame import Frame
+from dressing_sim.learning import Situation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,14 +35,14 @@ class Observation:
         dt: Time until the next observation [s].
         tcp: Gripper (3,), in the robot's base frame [m].
         target: The target (3,) that it last approached [m].
-        frames: What the policy asked for, as in ``generate``.
+        frames: The frames, or the posture, of its class of inputs, as in ``generate``.
     """
 
     time: float
     dt: float
     tcp: NDArray[np.float64]
     target: NDArray[np.float64]
-    frames: tuple[Frame, ...]
+    frames: Situation | Posture
     _force: Force | None = field(default=None, repr=False)
 
     @property

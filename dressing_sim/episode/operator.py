@@ -7,15 +7,20 @@ draws its own speed, heights, waypoints and tremor, as no two demonstrations of 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from dressing_sim.arm import Posture, up_across
 from dressing_sim.config import check_numbers
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import DemonstrationLike
+from dressing_sim.learning.policy import Inputs
+from dressing_sim.path import Path
 
 Vector = NDArray[np.float64]
 
@@ -77,14 +82,32 @@ class OperatorConfig:
 
 
 class Operator:
-    """Draws paths for the gripper from full knowledge of the posture.
+    """Draws paths for the gripper from full knowledge of the posture: the policy ``expert``.
 
     Args:
         config: Heights, speed and variability.
     """
 
+    inputs: ClassVar[Inputs] = "posture"
+
+    #: Its randomness is the episode's own, in demonstrations and in tests.
+    stream: ClassVar[str] = ""
+
     def __init__(self, config: OperatorConfig | None = None) -> None:
         self.config = config or OperatorConfig()
+
+    @property
+    def dt(self) -> float:
+        """Time between two points of a path [s]."""
+        return self.config.dt
+
+    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
+        """Learn nothing."""
+        return self
+
+    def generate(self, posture: Posture, start: ArrayLike, seed: int = 0) -> Path:
+        """The path that a seed gives, see `path`."""
+        return Path(self.path(posture, np.asarray(start), np.random.default_rng(seed)), self.dt)
 
     def path(self, posture: Posture, start: Vector, rng: np.random.Generator) -> Vector:
         """A path from the gripper's position to above the shoulder.

@@ -21,8 +21,9 @@ from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import RULES, UNREACHABLE, Rule
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.inputs import asked_with, inputs_of
 from dressing_sim.learning import Policy
-from dressing_sim.path import checked_path, policy_path
+from dressing_sim.path import Path, policy_path, policy_seed, takes_seed
 from dressing_sim.world.simulation import World
 
 #: Called after every control step with the running world; for films and views.
@@ -34,7 +35,7 @@ DEFAULT_PATH_DT = 0.05
 #: No part of the robot gets this far from its base's origin; farther points are not tried [m].
 FARTHEST = 1.5
 
-PathSource = Policy | Operator | NDArray[np.float64]
+PathSource = Policy | Path | NDArray[np.float64]
 
 
 class DemonstrationFailed(DressingSimError):
@@ -60,12 +61,12 @@ def record(
     """Dress an arm once and keep the measurements.
 
     Args:
-        source: A fitted policy, which sees the frames and the gripper's position only; the
-            scripted operator, which sees the posture; or a path, shape (T, 3), in the robot's base
-            frame [m], with ``DEFAULT_PATH_DT`` between its points. A policy with ``act`` is asked
-            for a target in every control step instead of for a path.
+        source: A fitted policy, which is asked with what its class of inputs stands for; or a path,
+            a `Path` or an array (T, 3) in the robot's base frame [m], with ``DEFAULT_PATH_DT``
+            between its points. A policy with ``act`` is asked for a target in every control step
+            instead of for a path.
         posture: The arm to dress.
-        seed: Seed of the operator's variability.
+        seed: Of the policy's own randomness, such as the operator's variability.
         config: World, robot and thresholds.
         observer: Called after every control step.
         rules: What is judged.
@@ -79,19 +80,10 @@ def record(
         outcome = Outcome(False, invalid=dressing.invalid)
         return Recording(outcome, None, None, dressing.start[None], broke=dressing.invalid)
     if callable(getattr(source, "act", None)):
-        return _close_the_loop(dressing, source, observer)
-    return follow(dressing, *_path(source, dressing, seed), observer)
-
-
-def _path(source: PathSource, dressing: Dressing, seed: int) -> tuple[NDArray[np.float64], float]:
-    """What a source leads the gripper along, (n, 3) [m], and the time between two points [s]."""
-    posture, start = dressing.posture, dressing.start
-    if isinstance(source, Operator):
-        return source.path(posture, start, np.random.default_rng(seed)), source.config.dt
-    if isinstance(source, np.ndarray):
-        return checked_path(source, "the path"), DEFAULT_PATH_DT
+        return _close_the_loop(dressing, source, seed, observer)
     longest = dressing.config.time_limit
-    return policy_path(source, posture.frames(), start, DEFAULT_PATH_DT, longest)
+    path = policy_path(source, posture, dressing.start, seed, DEFAULT_PATH_DT, longest)
+    return follow(dressing, path.positions, path.dt or DEFAULT_PATH_DT, observer)
 
 
 def follow(
@@ -168,12 +160,15 @@ def _recording(
     return Recording(outcome, trace, trajectory, np.array(positions), finished, broke)
 
 
-def _close_the_loop(dressing: Dressing, policy: Any, observer: Observer | None = None) -> Recording:
+def _close_the_loop(
+    dressing: Dressing, policy: Any, seed: int, observer: Observer | None = None
+) -> Recording:
     """Ask a policy for a target in every step until it returns None, then hold the last one."""
     name = f"policy {type(policy).__name__}"
-    frames, forces = dressing.posture.frames(), getattr(policy, "inputs", "") == "frames+force"
-    if callable(getattr(policy, "reset", None)):
-        policy.reset()
+    frames, forces = asked_with(policy, dressing.posture), inputs_of(policy) == "frames+force"
+    reset = getattr(policy, "reset", None)
+    if callable(reset):
+        reset(**({"seed": policy_seed(policy, seed)} if takes_seed(reset) else {}))
     row = dressing.reset()
     target, dt = dressing.start, dressing.config.tracking.dt
     commands, targets, errors, positions = [row.joint_position], [target], [0.0], [row.tcp]

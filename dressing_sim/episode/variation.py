@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,10 +12,18 @@ import numpy as np
 from dressing_sim.arm import ARM_SIZES, Posture
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.seeds import derived_seed
 from dressing_sim.world.garment import FABRICS, GARMENTS, find_garment
 
 #: What can vary.
 FACTORS = ("friction", "fabric", "garment", "arm", "grasp")
+
+#: Those that are one of several names.
+_NAMES: Mapping[str, Mapping[str, object]] = {
+    "fabric": FABRICS,
+    "garment": GARMENTS,
+    "arm": ARM_SIZES,
+}
 
 #: Sliding friction of dry to sweaty skin: sweat multiplies it by up to five (Temel et al. 2022).
 FRICTION = (0.2, 1.0)
@@ -38,9 +47,7 @@ class Varied:
     drawn: Mapping[str, Any]
 
 
-def vary(
-    posture: Posture, config: EpisodeConfig, factors: Sequence[str], rng: np.random.Generator
-) -> Varied:
+def vary(posture: Posture, config: EpisodeConfig, factors: Sequence[str], seed: int) -> Varied:
     """Draw the factors asked for; the others stay as they are.
 
     ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and ``arm`` are one of
@@ -50,22 +57,33 @@ def vary(
     Args:
         posture: The arm to dress.
         config: The nominal world.
-        factors: Some of `FACTORS`, in any order: what is drawn for one does not depend on the
-            others.
-        rng: Source of randomness.
+        factors: Some of `FACTORS`, in any order: what is drawn for one depends on its name and the
+            seed, not on the others.
+        seed: Of the draws, a whole number.
 
     Raises:
         InvalidInputError: There is no such factor.
     """
     check_factors(factors)
-    everything = {
-        "friction": float(np.exp(rng.uniform(*np.log(FRICTION)))),
-        "fabric": str(rng.choice(sorted(FABRICS))),
-        "garment": str(rng.choice(sorted(GARMENTS))),
-        "arm": str(rng.choice(sorted(ARM_SIZES))),
-        "grasp": [float(value) for value in rng.uniform(-GRASP_OFFSET, GRASP_OFFSET, 3)],
-    }
-    return apply(posture, config, {f: everything[f] for f in FACTORS if f in factors})
+    return apply(posture, config, {f: _drawn(f, seed) for f in FACTORS if f in factors})
+
+
+def _drawn(factor: str, seed: int) -> Any:
+    """What a factor is for a seed, a plain value."""
+    if factor in _NAMES:
+        return _choice(_NAMES[factor], f"{seed}/{factor}")
+    rng = np.random.default_rng(derived_seed(f"{seed}/{factor}"))
+    if factor == "friction":
+        return float(np.exp(rng.uniform(*np.log(FRICTION))))
+    return [float(value) for value in rng.uniform(-GRASP_OFFSET, GRASP_OFFSET, 3)]
+
+
+def _choice(names: Iterable[str], text: str) -> str:
+    """One of the names, each as likely, by highest random weight (Thaler and Ravishankar 1998).
+
+    Another name changes only the choices that fall on it.
+    """
+    return max(names, key=lambda name: hashlib.sha256(f"{text}/{name}".encode()).digest())
 
 
 def check_factors(factors: Sequence[str]) -> None:

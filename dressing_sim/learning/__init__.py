@@ -5,7 +5,14 @@ Demonstrations", IEEE Robotics and Automation Letters (2022). It needs numpy, sc
 the compiled loops are loaded on first use, so that the import is quick.
 """
 
-from dressing_sim.learning.augment import METHODS, Augmentation, Candidate, Method, augment
+from dressing_sim.learning.augment import (
+    METHODS,
+    Augmentation,
+    AugmentOptions,
+    Candidate,
+    Method,
+    augment,
+)
 from dressing_sim.learning.components import (
     bic,
     choose_by_bic,
@@ -20,7 +27,7 @@ from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import Frame, Situation
 from dressing_sim.learning.gmr import FUSION_ORDERS, FusionOrder
 from dressing_sim.learning.noise import add_white_noise, noise_deviation
-from dressing_sim.learning.policy import Policy
+from dressing_sim.learning.policy import Inputs, Policy, TimedPath
 from dressing_sim.learning.sampling import (
     BoundsSampler,
     FrameBounds,
@@ -37,6 +44,7 @@ __all__ = [
     "FUSION_ORDERS",
     "METHODS",
     "TPGMM",
+    "AugmentOptions",
     "Augmentation",
     "BoundsSampler",
     "Candidate",
@@ -47,6 +55,7 @@ __all__ = [
     "Frame",
     "FrameBounds",
     "FusionOrder",
+    "Inputs",
     "Method",
     "Mixture",
     "Policy",
@@ -54,6 +63,7 @@ __all__ = [
     "SituationSampler",
     "SyntheticDemonstration",
     "TimeTPGMM",
+    "TimedPath",
     "TrajectoryTPGMM",
     "Warping",
     "add_white_noise",

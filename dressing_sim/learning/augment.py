@@ -97,17 +97,32 @@ class Augmentation:
         return tuple(candidate for candidate in self.history if candidate.accepted)
 
 
-@dataclass(frozen=True)
-class _Settings:
-    """The choices of a run, checked."""
+@dataclass(frozen=True, slots=True)
+class AugmentOptions:
+    """The choices of Algorithm 1.
 
-    method: Method
-    max_demonstrations: int
-    max_iterations: int
-    snr_db: float
-    noise_reference: NoiseReference
-    termination: Termination
-    retrain: Retraining
+    Raises:
+        InvalidInputError: a choice that there is not, or a number out of range.
+    """
+
+    method: Method = "rf"
+    """How synthetic demonstrations are made."""
+    max_demonstrations: int = 7
+    """M, expert and synthetic ones together, at which the loop may end."""
+    max_iterations: int = 100
+    """L, the number of candidates at which the loop may end."""
+    snr_db: float = 30.0
+    """Signal-to-noise ratio of the white noise in [dB]."""
+    noise_reference: NoiseReference = "centred"
+    """The signal that the ratio refers to, see ``noise_deviation``."""
+    termination: Termination = "first"
+    """``"first"`` ends at M or at L, whichever comes first (the paper's text and the authors'
+    code). ``"both"`` ends once both are reached, which is nearly what Algorithm 1 prints (there the
+    loop goes on at ``n_d <= M``, one demonstration further); it gives up after 20 L iterations, for
+    nothing else would end it where no candidate is accepted."""
+    retrain: Retraining = "warm"
+    """``"warm"`` starts expectation-maximisation from the current model, ``"cold"`` from its
+    initialisation."""
 
     def __post_init__(self) -> None:
         choices = (
@@ -126,6 +141,7 @@ class _Settings:
             raise InvalidInputError(f"snr_db must be finite, not {self.snr_db}")
 
     def goes_on(self, n_demonstrations: int, iteration: int) -> bool:
+        """Whether the loop has another iteration with so many demonstrations and candidates."""
         if self.termination == "first":
             return n_demonstrations < self.max_demonstrations and iteration < self.max_iterations
         if iteration >= PRINTED_LOOP_LIMIT * self.max_iterations:
@@ -137,16 +153,10 @@ def augment(
     demonstrations: Sequence[DemonstrationLike],
     *,
     rng: np.random.Generator,
-    method: Method = "rf",
+    options: AugmentOptions | None = None,
     policy: Augmentable | None = None,
     sampler: SituationSampler | None = None,
-    max_demonstrations: int = 7,
-    max_iterations: int = 100,
     validation: Sequence[DemonstrationLike] | None = None,
-    snr_db: float = 30.0,
-    noise_reference: NoiseReference = "centred",
-    termination: Termination = "first",
-    retrain: Retraining = "warm",
     on_iteration: Callable[[Candidate], None] | None = None,
 ) -> Augmentation:
     """Run Algorithm 1.
@@ -154,51 +164,33 @@ def augment(
     Args:
         demonstrations: the expert ones; the paper asks for two at least.
         rng: where all randomness comes from; the same state gives the same result, bit for bit.
-        method: how synthetic demonstrations are made.
+        options: the choices of a run; ``AugmentOptions()`` by default.
         policy: what is learned; it is copied, not changed. ``TrajectoryTPGMM()`` by default.
         sampler: draws the new situations; by default ``BoundsSampler.around(demonstrations)``.
-        max_demonstrations: M, the size of the training set at which the loop may end.
-        max_iterations: L, the number of candidates at which the loop may end.
         validation: with None, the cost is that on the expert demonstrations (the paper's original
             selection); with demonstrations of their own, the cost is that on them (generalisation
             selection).
-        snr_db: signal-to-noise ratio of the white noise in [dB].
-        noise_reference: the signal that the ratio refers to, see ``noise_deviation``.
-        termination: ``"first"`` ends at M or at L, whichever comes first (the paper's text and the
-            authors' code). ``"both"`` ends once both are reached, which is nearly what Algorithm 1
-            prints (there the loop goes on at ``n_d <= M``, one demonstration further); it gives up
-            after 20 L iterations, for nothing else would end it where no candidate is accepted.
-        retrain: ``"warm"`` starts expectation-maximisation from the current model, ``"cold"`` from
-            its initialisation.
         on_iteration: called with each candidate as it is decided, for progress.
 
     Raises:
-        InvalidInputError: a setting out of range, or demonstrations that cannot be learned from.
+        InvalidInputError: demonstrations that cannot be learned from.
     """
-    settings = _Settings(
-        method,
-        max_demonstrations,
-        max_iterations,
-        snr_db,
-        noise_reference,
-        termination,
-        retrain,
-    )
+    options = options or AugmentOptions()
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)
-    if sampler is None and method != "noise":
+    if sampler is None and options.method != "noise":
         sampler = BoundsSampler.around(experts)
     initial = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
     current: Augmentable = initial.fit(experts)
     cost = initial_cost = current.cost(criterion)
     training: tuple[DemonstrationLike, ...] = experts
     history: list[Candidate] = []
-    while settings.goes_on(len(training), len(history)):
+    while options.goes_on(len(training), len(history)):
         synthetic: SyntheticDemonstration | None = None
         retrained, new_cost, fault = current, np.inf, None
         try:
-            synthetic = _synthetic(experts, current, sampler, settings, rng)
-            retrained = current.refit((*training, synthetic), warm=retrain == "warm")
+            synthetic = _synthetic(experts, current, sampler, options, rng)
+            retrained = current.refit((*training, synthetic), warm=options.retrain == "warm")
             new_cost = retrained.cost(criterion)
         except InvalidInputError as error:
             fault = str(error)
@@ -225,17 +217,17 @@ def _synthetic(
     experts: Sequence[DemonstrationLike],
     policy: Augmentable,
     sampler: SituationSampler | None,
-    settings: _Settings,
+    options: AugmentOptions,
     rng: np.random.Generator,
 ) -> SyntheticDemonstration:
-    """One synthetic demonstration, by the method of the settings."""
-    if settings.method == "noise":
+    """One synthetic demonstration, by the method of the options."""
+    if options.method == "noise":
         expert = experts[int(rng.integers(len(experts)))]
         made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, expert.frames)
     else:
         assert sampler is not None
         made = policy.synthesise(sampler.sample(rng))
-    if settings.method == "rf":
+    if options.method == "rf":
         return made
-    noisy = add_white_noise(made.positions, settings.snr_db, rng, settings.noise_reference)
+    noisy = add_white_noise(made.positions, options.snr_db, rng, options.noise_reference)
     return SyntheticDemonstration(noisy, made.dt, made.frames)

@@ -2,23 +2,24 @@
 
 from collections.abc import Callable, Sequence
 from copy import deepcopy
+from dataclasses import asdict, fields
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning.augment import METHODS, Augmentation, Method, augment
+from dressing_sim.learning.augment import Augmentation, AugmentOptions, augment
 from dressing_sim.learning.demonstrations import DemonstrationLike
 from dressing_sim.learning.frame import FloatArray, Frame
-from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
 #: Makes the source of random situations from the expert demonstrations.
 SamplerFactory = Callable[[Sequence[DemonstrationLike]], SituationSampler]
 
-_SETTINGS = ("method", "seed", "max_demonstrations", "max_iterations", "snr_db", "noise_reference")
+#: Options that files did not hold at first; they were as by default.
+_LATER = frozenset({"termination", "retrain"})
 _LEARNED = ("costs", "tried")
 
 
@@ -26,15 +27,11 @@ class AugmentedTPGMM:
     """Trajectory-based TP-GMM that Algorithm 1 improves with synthetic demonstrations when fitted.
 
     Args:
-        method: how synthetic demonstrations are made, see ``augment``.
+        options: the choices of Algorithm 1; ``AugmentOptions()`` by default.
         seed: of all randomness of a fit; two fits to the same demonstrations are the same.
-        policy: settings of the policy that is improved; it is copied, and every fit starts from
+        policy: the policy that is improved; it is copied, and every fit starts from
             it. ``TrajectoryTPGMM()`` by default.
         sampler: makes the sampler of new situations; ``BoundsSampler.around`` by default.
-        max_demonstrations: M, expert and synthetic demonstrations together.
-        max_iterations: L, candidates that are tried.
-        snr_db: signal-to-noise ratio of white noise in [dB].
-        noise_reference: the signal that the ratio refers to, see ``noise_deviation``.
 
     Attributes:
         policy: the improved policy once fitted; before, a copy of what was given. To change what
@@ -43,24 +40,18 @@ class AugmentedTPGMM:
         tried: the number of candidates tried until each of these was accepted, 0 for the first.
 
     Raises:
-        InvalidInputError: an unknown method, or a policy of another kind.
+        InvalidInputError: a policy of another kind.
     """
 
     def __init__(
         self,
-        method: Method = "rf",
+        options: AugmentOptions | None = None,
         *,
         seed: int = 0,
         policy: TrajectoryTPGMM | None = None,
         sampler: SamplerFactory = BoundsSampler.around,
-        max_demonstrations: int = 7,
-        max_iterations: int = 100,
-        snr_db: float = 30.0,
-        noise_reference: NoiseReference = "centred",
     ) -> None:
-        if method not in METHODS:
-            raise InvalidInputError(f"method must be one of {', '.join(METHODS)}, not {method!r}")
-        self.method = method
+        self.options = options or AugmentOptions()
         self.seed = seed
         if not isinstance(policy, TrajectoryTPGMM | None):
             raise InvalidInputError(
@@ -69,10 +60,6 @@ class AugmentedTPGMM:
         self.policy = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
         self._initial = deepcopy(self.policy)
         self.sampler = sampler
-        self.max_demonstrations = max_demonstrations
-        self.max_iterations = max_iterations
-        self.snr_db = snr_db
-        self.noise_reference = noise_reference
         self.costs: tuple[float, ...] = ()
         self.tried: tuple[int, ...] = ()
 
@@ -85,8 +72,7 @@ class AugmentedTPGMM:
         """Learn from the expert demonstrations and improve with synthetic ones.
 
         Raises:
-            InvalidInputError: a setting out of range, or demonstrations that cannot be learned
-                from.
+            InvalidInputError: demonstrations that cannot be learned from.
         """
         result = self.augment(demonstrations)
         assert isinstance(result.policy, TrajectoryTPGMM)
@@ -96,17 +82,13 @@ class AugmentedTPGMM:
         return self
 
     def augment(self, demonstrations: Sequence[DemonstrationLike]) -> Augmentation:
-        """Run Algorithm 1 with these settings and keep nothing: for its whole history."""
+        """Run Algorithm 1 with these options and keep nothing: for its whole history."""
         return augment(
             demonstrations,
             rng=np.random.default_rng(self.seed),
-            method=self.method,
+            options=self.options,
             policy=self._initial,
-            sampler=None if self.method == "noise" else self.sampler(demonstrations),
-            max_demonstrations=self.max_demonstrations,
-            max_iterations=self.max_iterations,
-            snr_db=self.snr_db,
-            noise_reference=self.noise_reference,
+            sampler=None if self.options.method == "noise" else self.sampler(demonstrations),
         )
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
@@ -118,7 +100,7 @@ class AugmentedTPGMM:
         policy, arrays = self.policy.state()
         settings = {
             "policy": policy,
-            "settings": {name: getattr(self, name) for name in _SETTINGS},
+            "settings": {**asdict(self.options), "seed": self.seed},
             "learned": {name: list(getattr(self, name)) for name in _LEARNED},
         }
         return settings, arrays
@@ -127,7 +109,10 @@ class AugmentedTPGMM:
     def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
         """The policy that ``state`` came from."""
         policy = TrajectoryTPGMM.from_state(settings["policy"], arrays)
-        augmented = cls(policy=policy, **{name: settings["settings"][name] for name in _SETTINGS})
+        kept = settings["settings"]
+        names = [f.name for f in fields(AugmentOptions) if f.name in kept or f.name not in _LATER]
+        options = AugmentOptions(**{name: kept[name] for name in names})
+        augmented = cls(options, seed=kept["seed"], policy=policy)
         for name in _LEARNED:
             setattr(augmented, name, tuple(settings["learned"][name]))
         return augmented

@@ -172,7 +172,7 @@ def _ellipse(axes: Axes, mean: FloatArray, covariance: FloatArray, k: int) -> No
 def _cost(study: Study) -> Figure:
     """Cost against the number of accepted demonstrations: mean and spread of the runs."""
     figure, axes = _panels(1, len(study.selections))
-    most = study.settings.max_demonstrations - len(study.data.training)
+    most = study.settings.options.max_demonstrations - len(study.data.training)
     for panel, selection in zip(axes[0], study.selections, strict=True):
         for method in study.settings.methods:
             curves = []

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
 from typing import Literal
@@ -10,9 +10,8 @@ from typing import Literal
 import numpy as np
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning.augment import METHODS, Augmentation, Method, Retraining, augment
+from dressing_sim.learning.augment import METHODS, Augmentation, AugmentOptions, Method, augment
 from dressing_sim.learning.gmr import FusionOrder
-from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.learning.sampling import BoundsSampler, FrameBounds, SituationSampler
 from dressing_sim.learning.timed import TimeTPGMM
 from dressing_sim.planar.generator import PlanarData
@@ -26,6 +25,10 @@ GOAL_ANGLES = (np.deg2rad([60.0]), np.deg2rad([180.0]))
 GOAL_POSITIONS = (np.zeros(2), np.full(2, 0.75))
 
 
+#: Of the paper's study, the same for its three methods; the authors' code fills the gaps.
+OPTIONS = AugmentOptions(max_demonstrations=8, max_iterations=50, noise_reference="world")
+
+
 @dataclass(frozen=True)
 class StudySettings:
     """The choices of a study; the defaults are the paper's, with the authors' code filling gaps."""
@@ -35,11 +38,7 @@ class StudySettings:
     methods: tuple[Method, ...] = METHODS
     runs: int = 20
     seed: int = 1
-    max_demonstrations: int = 8
-    max_iterations: int = 50
-    snr_db: float = 30.0
-    noise_reference: NoiseReference = "world"
-    retrain: Retraining = "warm"
+    options: AugmentOptions = OPTIONS
     situations: Situations = "paper"
 
     def __post_init__(self) -> None:
@@ -130,15 +129,10 @@ class _Job:
         result = augment(
             self.data.training,
             rng=np.random.default_rng(sequence),
-            method=self.method,
+            options=replace(self.settings.options, method=self.method),
             policy=_policy(self.settings),
             sampler=situation_sampler(self.data, self.settings.situations),
-            max_demonstrations=self.settings.max_demonstrations,
-            max_iterations=self.settings.max_iterations,
             validation=validation if self.selection == "generalisation" else None,
-            snr_db=self.settings.snr_db,
-            noise_reference=self.settings.noise_reference,
-            retrain=self.settings.retrain,
         )
         return Run(
             self.method,

@@ -6,14 +6,16 @@ Robotics and Automation Letters (2022), section VI.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Literal, get_args, get_type_hints
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Literal, get_args, get_type_hints
 
 import numpy as np
 
+from dressing_sim.config import to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import (
+    AugmentOptions,
     BoundsSampler,
     DemonstrationLike,
     FusionOrder,
@@ -23,31 +25,32 @@ from dressing_sim.learning import (
     TrajectoryTPGMM,
 )
 from dressing_sim.learning.augmented import AugmentedTPGMM
+from dressing_sim.policies.hyperparameters import split_name
 from dressing_sim.policies.situations import ArmPlanePolicy, ArmSampler, InArmPlane, in_arm_planes
 
 FreeAxes = Literal["gravity", "arm-plane"]
 Situations = Literal["frames", "arms"]
 
-#: Settings that the paper has values for; it leaves the others open.
-GIVEN = frozenset({"n_components", "max_demonstrations", "max_iterations", "snr_db"})
+#: Hyper-parameters that the paper has values for; it leaves the others open.
+GIVEN = ("n_components", "max_demonstrations", "max_iterations", "snr_db")
+
+#: What is told of Algorithm 1 besides these; the rest of its options is the paper's text.
+_OPTIONS = frozenset(GIVEN[1:])
 
 
 @dataclass(frozen=True, slots=True)
-class PaperSettings:
-    """Settings of all built-in policies, the same for every row of a table.
+class TPGMMConfig:
+    """Hyper-parameters of the initial policy, learned from the expert's demonstrations alone.
 
     What the paper leaves open follows the authors' code where that has an answer; the rest was
     settled on the suite ``val50``, on no test posture.
+
+    Raises:
+        InvalidInputError: A value that no policy can have.
     """
 
     n_components: int = 4
     """K; the paper's."""
-    max_demonstrations: int = 7
-    """M; the paper's."""
-    max_iterations: int = 100
-    """L; the paper's."""
-    snr_db: float = 30.0
-    """Of the white noise [dB]; the paper's."""
     fusion: FusionOrder = "regression-then-product"
     """The paper's text and the authors' code differ; see ``docs/learning.md``."""
     position_floor: float = 1e-4
@@ -67,58 +70,24 @@ class PaperSettings:
     with 0 it ends at rest only, and creeps past the shoulder."""
     free_axes: FreeAxes = "gravity"
     """What the frames' z axes follow: up, or the normal of the arm's plane."""
-    situations: Situations = "arms"
-    """Random situations: each frame on its own within bounds, or both frames of a possible arm, as
-    frames that satisfy "task constraints such as kinematic limits" are."""
-    angle_margin_deg: float = 10.0
-    """Random situations may be turned by this much more than the demonstrated ones [deg]."""
-    translation_margin: float = 0.25
-    """They may be shifted by this much more, as a fraction of the demonstrated range."""
 
     def __post_init__(self) -> None:
-        for name, hint in get_type_hints(PaperSettings).items():
+        for name, hint in get_type_hints(type(self)).items():
+            if name == "fixed":
+                continue
             value, valid = getattr(self, name), get_args(hint)
             if valid and value not in valid:
                 raise InvalidInputError(f"{name} is {value!r}, valid is one of {', '.join(valid)}")
-            if hint is float and not (np.isfinite(value) and value >= 0.0):
-                raise InvalidInputError(f"{name} is {value}, valid is >= 0")
-            if hint is int and value < 0:
+            if hint in (int, float) and not 0.0 <= value < np.inf:  # NaN fails too
                 raise InvalidInputError(f"{name} is {value}, valid is >= 0")
 
-    @property
-    def left_open(self) -> str:
-        """What the paper leaves open: ``name=value, name=value``, each as `settings_from_text`."""
-        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in GIVEN}
-        return ", ".join(f"{name}={str(value).lower()}" for name, value in values.items())
-
-    def policy(self, method: Method | None = None, seed: int = 0) -> Policy:
-        """A new policy: of the expert's demonstrations alone, or improved by Algorithm 1.
+    def make(self, seed: int = 0) -> Policy:
+        """A new policy, not yet fitted.
 
         Args:
-            method: How synthetic demonstrations are made; None for the initial policy.
-            seed: Of Algorithm 1.
-
-        Raises:
-            InvalidInputError: Settings that no policy can have.
+            seed: Of the randomness of learning, of which the initial policy has none.
         """
-        policy: Policy = self._initial() if method is None else self.augmented(method, seed)
-        return ArmPlanePolicy(policy) if self.free_axes == "arm-plane" else policy
-
-    def augmented(self, method: Method, seed: int = 0) -> AugmentedTPGMM:
-        """A new policy that Algorithm 1 improves, for demonstrations in frames as `seen`."""
-        return AugmentedTPGMM(
-            method,
-            seed=seed,
-            policy=self._initial(),
-            sampler=SamplerOf(self),
-            max_demonstrations=self.max_demonstrations,
-            max_iterations=self.max_iterations,
-            snr_db=self.snr_db,
-        )
-
-    def seen(self, demonstrations: Sequence[DemonstrationLike]) -> list[DemonstrationLike]:
-        """The demonstrations in the frames whose free axes the settings choose."""
-        return in_arm_planes(demonstrations) if self.free_axes == "arm-plane" else [*demonstrations]
+        return self._in_frames(self._initial())
 
     def _initial(self) -> TrajectoryTPGMM:
         return TrajectoryTPGMM(
@@ -132,60 +101,101 @@ class PaperSettings:
             end_radius=self.end_radius,
         )
 
+    def _in_frames(self, policy: Policy) -> Policy:
+        return ArmPlanePolicy(policy) if self.free_axes == "arm-plane" else policy
+
+
+@dataclass(frozen=True, slots=True)
+class AugmentedTPGMMConfig(TPGMMConfig):
+    """Hyper-parameters of a policy that Algorithm 1 improves."""
+
+    fixed: ClassVar[frozenset[str]] = frozenset({"method"})
+
+    options: AugmentOptions = field(default_factory=AugmentOptions)
+    """Of Algorithm 1; the method is what the policy's name says."""
+    situations: Situations = "arms"
+    """Random situations: each frame on its own within bounds, or both frames of a possible arm, as
+    frames that satisfy "task constraints such as kinematic limits" are."""
+    angle_margin_deg: float = 10.0
+    """Random situations may be turned by this much more than the demonstrated ones [deg]."""
+    translation_margin: float = 0.25
+    """They may be shifted by this much more, as a fraction of the demonstrated range."""
+
+    def make(self, seed: int = 0) -> Policy:
+        """A new policy, not yet fitted.
+
+        Args:
+            seed: Of Algorithm 1.
+        """
+        return self._in_frames(self.augmented(seed))
+
+    def augmented(self, seed: int = 0) -> AugmentedTPGMM:
+        """A new policy for demonstrations in frames as `seen`."""
+        return AugmentedTPGMM(
+            self.options, seed=seed, policy=self._initial(), sampler=SamplerOf(self)
+        )
+
+    def seen(self, demonstrations: Sequence[DemonstrationLike]) -> list[DemonstrationLike]:
+        """The demonstrations in the frames whose free axes were chosen."""
+        return in_arm_planes(demonstrations) if self.free_axes == "arm-plane" else [*demonstrations]
+
+    def with_method(self, method: Method) -> AugmentedTPGMMConfig:
+        """The same with another way to make synthetic demonstrations."""
+        return replace(self, options=replace(self.options, method=method))
+
 
 @dataclass(frozen=True, slots=True)
 class SamplerOf:
-    """Makes the sampler of random situations that the settings ask for."""
+    """Makes the sampler of random situations that a configuration asks for."""
 
-    settings: PaperSettings
+    config: AugmentedTPGMMConfig
 
     def __call__(self, demonstrations: Sequence[DemonstrationLike]) -> SituationSampler:
         """A sampler around the demonstrations' situations."""
-        settings = self.settings
-        kind = ArmSampler if settings.situations == "arms" else BoundsSampler
+        config = self.config
+        kind = ArmSampler if config.situations == "arms" else BoundsSampler
         sampler: SituationSampler = kind.around(
-            demonstrations, np.deg2rad(settings.angle_margin_deg), settings.translation_margin
+            demonstrations, np.deg2rad(config.angle_margin_deg), config.translation_margin
         )
-        if settings.free_axes == "arm-plane" and settings.situations == "arms":
+        if config.free_axes == "arm-plane" and config.situations == "arms":
             return InArmPlane(sampler)
         return sampler
 
 
-def split_settings(policy: str) -> tuple[str, str | None]:
-    """A policy's name, and the text of the settings after its ``?``; None if there is none."""
-    name, mark, text = policy.partition("?")
-    return name, text if mark else None
+#: The paper's policies; how Algorithm 1 makes synthetic demonstrations is in their names.
+POLICIES: Mapping[str, TPGMMConfig] = {
+    "tp-gmm": TPGMMConfig(),
+    "tp-gmm-noise": AugmentedTPGMMConfig(options=AugmentOptions("noise")),
+    "tp-gmm-rf": AugmentedTPGMMConfig(options=AugmentOptions("rf")),
+    "tp-gmm-rf-noise": AugmentedTPGMMConfig(options=AugmentOptions("rf+noise")),
+}
+
+#: Those that Algorithm 1 makes, and how.
+AUGMENTED: Mapping[str, Method] = {
+    name: config.options.method
+    for name, config in POLICIES.items()
+    if isinstance(config, AugmentedTPGMMConfig)
+}
 
 
-def settings_from_text(text: str) -> PaperSettings:
-    """Settings from ``name=value&name=value``; what is not named keeps its default.
+def plain_config(config: AugmentedTPGMMConfig | None = None) -> dict[str, Any]:
+    """Hyper-parameters of all the paper's policies as plain values, what the paper gives first.
 
-    Raises:
-        InvalidInputError: An unknown or repeated name, or a value of the wrong kind.
+    Args:
+        config: What is not as by default.
     """
-    hints = get_type_hints(PaperSettings)
-    values: dict[str, object] = {}
-    for part in text.split("&"):
-        name, equals, value = part.partition("=")
-        if not equals:
-            raise InvalidInputError(f"{part!r} is no setting; valid is name=value&name=value")
-        if name not in hints:
-            raise InvalidInputError(f"unknown setting {name!r}; valid is one of {', '.join(hints)}")
-        if name in values:
-            raise InvalidInputError(f"setting {name} is given twice")
-        values[name] = _value(name, value, hints[name])
-    return PaperSettings(**values)  # type: ignore[arg-type]  # converted to the fields' types
+    values = to_plain(config or AugmentedTPGMMConfig())
+    options = values.pop("options")
+    values = {**values, **{name: options[name] for name in _OPTIONS}}
+    return {name: values[name] for name in dict.fromkeys([*GIVEN, *values])}
 
 
-def _value(name: str, text: str, hint: object) -> object:
-    if hint is bool:
-        if text not in ("true", "false"):
-            raise InvalidInputError(f"{name} is {text!r}, valid is true or false")
-        return text == "true"
-    if hint is int or hint is float:
-        try:
-            return hint(text)
-        except ValueError as error:
-            kind = "a whole number" if hint is int else "a number"
-            raise InvalidInputError(f"{name} is {text!r}, valid is {kind}") from error
-    return text
+def left_open() -> str:
+    """What the paper leaves open: ``name=value, name=value``, each as after a policy's ``?``."""
+    values = {name: value for name, value in plain_config().items() if name not in GIVEN}
+    return ", ".join(f"{name}={str(value).lower()}" for name, value in values.items())
+
+
+def any_of_the_paper(names: Iterable[str]) -> bool:
+    """Whether a name, perhaps with hyper-parameters after it, is of a policy of the paper."""
+    return any(split_name(name)[0] in {*POLICIES, "default"} for name in names)

@@ -1,43 +1,61 @@
-"""Policies by name: built in, installed by others, or a class to import."""
+"""Policies by name: built in, installed by others, or a class to import.
+
+A policy of this package is one file in its folder, with ``POLICIES``: configurations by name.
+"""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
+from pkgutil import iter_modules
+from typing import Protocol, runtime_checkable
 
+from dressing_sim import policies
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import Method, Policy
-from dressing_sim.policies.paper import PaperSettings, settings_from_text, split_settings
-
-#: The scripted operator; it sees the whole posture and learns nothing.
-EXPERT = "expert"
+from dressing_sim.inputs import inputs_of
+from dressing_sim.learning import Policy
+from dressing_sim.path import takes_seed
+from dressing_sim.policies.expert import EXPERT
+from dressing_sim.policies.hyperparameters import changed, keyword_arguments, split_name
 
 #: Other packages register policies of theirs under this entry-point group.
 ENTRY_POINT_GROUP = "dressing_sim.policies"
-
-#: The paper's policies, and how Algorithm 1 makes synthetic demonstrations for each.
-BUILT_IN: Mapping[str, Method | None] = {
-    "tp-gmm": None,
-    "tp-gmm-noise": "noise",
-    "tp-gmm-rf": "rf",
-    "tp-gmm-rf-noise": "rf+noise",
-}
 
 #: What `dressing-sim learn` uses and the name ``default`` stands for.
 DEFAULT = "tp-gmm"
 
 
+@runtime_checkable
+class PolicyConfig(Protocol):
+    """The hyper-parameters of a policy, a frozen dataclass, and how it is built.
+
+    Fields that its name decides may be named in a class attribute ``fixed``.
+    """
+
+    def make(self, seed: int = 0) -> Policy:
+        """A new policy, not yet fitted; the seed is of the randomness of learning."""
+
+
+@cache
+def built_in() -> Mapping[str, PolicyConfig]:
+    """The configurations of this package's policies by name."""
+    found: dict[str, PolicyConfig] = {}
+    for module in sorted(one.name for one in iter_modules(policies.__path__)):
+        found |= getattr(import_module(f"{policies.__name__}.{module}"), "POLICIES", {})
+    return found
+
+
 def known_name(name: str) -> str:
-    """The name, perhaps with settings after it, with what ``default`` stands for in its place."""
-    stem, mark, settings = name.partition("?")
-    return f"{DEFAULT}{mark}{settings}" if stem == "default" else name
+    """The name, perhaps with more after it, with what ``default`` stands for in its place."""
+    stem, mark, text = name.partition("?")
+    return f"{DEFAULT}{mark}{text}" if stem == "default" else name
 
 
-def is_built_in(name: str) -> bool:
-    """Whether a name, perhaps with settings after it, is of a policy with `PaperSettings`."""
-    return split_settings(known_name(name))[0] in BUILT_IN
+def learns(name: str) -> bool:
+    """Whether a policy of this name needs demonstrations."""
+    return split_name(name)[0] != EXPERT
 
 
 def make_policy(name: str, seed: int = 0) -> Policy:
@@ -45,39 +63,46 @@ def make_policy(name: str, seed: int = 0) -> Policy:
 
     Args:
         name: A built-in name, ``default``, the name of an installed entry point, or
-            ``module:Class`` with a class that needs no arguments but perhaps ``seed``. A built-in
-            name may be followed by settings that differ from `PaperSettings`:
-            ``tp-gmm-rf?position_floor=0.01&end_radius=0``.
-        seed: Of the policy's own randomness; given to a class of others if it takes ``seed``.
+            ``module:Class``. Hyper-parameters may follow: ``tp-gmm-rf?end_radius=0&snr_db=20``;
+            a class of others is given them as keyword arguments, read by its annotations.
+        seed: Of the randomness of learning; given to a class of others if it takes ``seed``.
 
     Raises:
-        InvalidInputError: There is no such policy or setting, or the policy lacks `fit` or
+        InvalidInputError: There is no such policy or hyper-parameter, or the policy lacks `fit` or
             `generate`.
     """
-    stem, settings = split_settings(known_name(name))
-    if stem in BUILT_IN:
-        try:
-            chosen = PaperSettings() if settings is None else settings_from_text(settings)
-            return chosen.policy(BUILT_IN[stem], seed)
-        except InvalidInputError as error:
-            raise InvalidInputError(f"policy {name!r}: {error}") from error
-    factory = _find(stem)
-    if settings is not None:
-        raise InvalidInputError(
-            f"policy {name!r}: {stem} takes no settings after '?'; valid for {', '.join(BUILT_IN)}"
-        )
+    stem, text = split_name(known_name(name))
+    config = built_in().get(stem)
+    factory = None if config is not None else _find(stem)
     try:
-        policy = factory(seed=seed) if _takes_seed(factory) else factory()
+        if config is not None:
+            fixed: frozenset[str] = getattr(config, "fixed", frozenset())
+            return (config if text is None else changed(config, text, fixed)).make(seed)
+        assert factory is not None
+        policy = _made(factory, text, seed)
+        if not isinstance(policy, Policy):
+            raise InvalidInputError(
+                "valid is a class with fit(demonstrations) and generate(frames, start)"
+            )
+        inputs_of(policy)
+        return policy
+    except InvalidInputError as error:
+        raise InvalidInputError(f"policy {name!r}: {error}") from error
+
+
+def _made(factory: Callable[..., object], text: str | None, seed: int) -> object:
+    """What somebody else's class makes: a policy, or a configuration that does."""
+    chosen = {} if text is None else keyword_arguments(factory, text)
+    if takes_seed(factory):
+        chosen["seed"] = seed
+    try:
+        made = factory(**chosen)
     except TypeError as error:
         raise InvalidInputError(
-            f"policy {name!r}: {error}; valid is a class that needs no arguments"
+            f"{' '.join(str(error).split())}; valid is a class whose arguments have defaults or "
+            "are given after a '?'"
         ) from error
-    if not isinstance(policy, Policy):
-        raise InvalidInputError(
-            f"policy {name!r}: valid is a class with fit(demonstrations) and "
-            "generate(frames, start)"
-        )
-    return policy
+    return made.make(seed) if isinstance(made, PolicyConfig) else made
 
 
 def _find(name: str) -> Callable[..., object]:
@@ -87,15 +112,8 @@ def _find(name: str) -> Callable[..., object]:
         return factory
     if ":" in name:
         return _import(name)
-    valid = ", ".join(["default", *BUILT_IN, *installed])
+    valid = ", ".join(["default", *built_in(), *installed])
     raise InvalidInputError(f"unknown policy {name!r}; valid is one of {valid}, or module:Class")
-
-
-def _takes_seed(factory: Callable[..., object]) -> bool:
-    try:
-        return "seed" in inspect.signature(factory).parameters
-    except ValueError:  # a class written in C need not say what it takes
-        return False
 
 
 def _import(name: str) -> Callable[..., object]:

@@ -17,6 +17,7 @@ from dressing_sim.learning import (
     Policy,
     Situation,
     SyntheticDemonstration,
+    TimedPath,
 )
 from dressing_sim.learning.sampling import SituationSampler
 
@@ -176,6 +177,8 @@ class ArmPlanePolicy:
         self.policy.fit(in_arm_planes(demonstrations))
         return self
 
-    def generate(self, frames: Sequence[Frame], start: ArrayLike) -> NDArray[np.float64]:
+    def generate(
+        self, frames: Sequence[Frame], start: ArrayLike
+    ) -> NDArray[np.float64] | TimedPath:
         """The policy's path (T, 3) for the situation in turned frames."""
         return self.policy.generate(in_arm_plane(frames), start)

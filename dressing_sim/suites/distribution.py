@@ -83,7 +83,10 @@ class PostureDistribution:
 
 
 def sample_postures(
-    n: int, rng: np.random.Generator, distribution: PostureDistribution | None = None
+    n: int,
+    rng: np.random.Generator,
+    distribution: PostureDistribution | None = None,
+    prefix: str = "random",
 ) -> list[Posture]:
     """Random postures that the robot can dress as far as its reach goes.
 
@@ -91,9 +94,11 @@ def sample_postures(
         n: How many.
         rng: Source of randomness.
         distribution: Ranges and what is kept.
+        prefix: Of the postures' names. Seeds of episodes depend on these, so draws that are
+            compared or pooled should have different ones.
 
     Returns:
-        Postures named ``random0``, ``random1``, ...; the first ones do not depend on n.
+        Postures named ``PREFIX0``, ``PREFIX1``, ...; the first ones do not depend on n.
 
     Raises:
         InvalidInputError: n is not a whole number from 0, or nothing was kept of `MAX_DRAWS` draws.
@@ -101,7 +106,7 @@ def sample_postures(
     if not isinstance(n, Integral) or n < 0:
         raise InvalidInputError(f"the number of postures is {n!r}, valid is a whole number from 0")
     distribution, kinematics = distribution or PostureDistribution(), PandaKinematics()
-    return [_sample(f"random{i}", rng, distribution, kinematics) for i in range(n)]
+    return [_sample(f"{prefix}{i}", rng, distribution, kinematics) for i in range(n)]
 
 
 def _sample(

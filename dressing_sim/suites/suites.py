@@ -35,7 +35,7 @@ def load_suite(name_or_file: str) -> list[Posture]:
 
     Args:
         name_or_file: A built-in name, a JSON file, or ``random:N`` / ``random:N:SEED`` for N
-            random postures (at most 99999, seed 0 unless given).
+            random postures (at most 99999, seed 0 unless given), named ``randomSEED-0`` and so on.
 
     Raises:
         InvalidInputError: No such suite, or the file is not a valid one.
@@ -66,7 +66,8 @@ def _random_suite(text: str) -> list[Posture]:
             f"suite {text!r}: valid is random:N or random:N:SEED, N from 1 to 99999, SEED a whole "
             "number from 0"
         )
-    return sample_postures(int(match["n"]), np.random.default_rng(int(match["seed"] or 0)))
+    seed = int(match["seed"] or 0)
+    return sample_postures(int(match["n"]), np.random.default_rng(seed), prefix=f"random{seed}-")
 
 
 def _postures(content: Any, source: str) -> list[Posture]:

@@ -11,7 +11,7 @@ import numpy as np
 from dressing_sim.benchmark.analysis.statistics import Row, compare
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.paper import split_settings
+from dressing_sim.policies.hyperparameters import split_name
 
 if TYPE_CHECKING:
     from dressing_sim.benchmark.records import EpisodeResult
@@ -104,7 +104,7 @@ def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
         if a.variation and nominal in entries:
             yield "variation", a, nominal
     for a in entries:
-        stem, settings = split_settings(a.policy)
+        stem, settings = split_name(a.policy)
         chosen = replace(a, policy=stem)
         if settings is not None and chosen in entries:
             yield "settings", a, chosen
@@ -112,5 +112,5 @@ def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
 
 def _initial(entry: Entry) -> Entry:
     """The row without augmentation: same demonstrations, variation and settings after a ``?``."""
-    _, settings = split_settings(entry.policy)
+    _, settings = split_name(entry.policy)
     return replace(entry, policy=INITIAL if settings is None else f"{INITIAL}?{settings}")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from dressing_sim.policies.paper import split_settings
+from dressing_sim.policies.hyperparameters import split_name
 
 #: Line and column of a row.
 Place = tuple[str, str]
@@ -50,7 +50,7 @@ def settings_table(summary: Mapping[str, Any]) -> list[list[str]]:
     """Cells by the settings after a policy's ``?``, or none; see `SideBySide`."""
 
     def place(row: Mapping[str, Any]) -> Place:
-        stem, settings = split_settings(row["policy"])
+        stem, settings = split_name(row["policy"])
         varied = f"{_varied(row)} varied" if row["variation"] else None
         return settings or "as chosen", _column(stem, row["demonstrations"], varied)
 

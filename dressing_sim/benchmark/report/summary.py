@@ -81,7 +81,7 @@ def _row(
         over_sets = rate_interval_over_sets(measured, _generator())
         if over_sets is not None:
             row["pc_success_ci95_sets"] = [100.0 * bound for bound in over_sets]
-    return row
+    return {**row, "inputs": entry.inputs}
 
 
 def _rate(valid: Sequence[EpisodeResult]) -> dict[str, Any]:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Protocol
@@ -16,7 +13,9 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.registry import EXPERT, make_policy
+from dressing_sim.inputs import inputs_of
+from dressing_sim.policies.registry import learns, make_policy
+from dressing_sim.seeds import derived_seed
 from dressing_sim.suites.suites import load_suite, shown_postures
 
 
@@ -42,8 +41,7 @@ class Job:
 
     def situation(self, config: EpisodeConfig) -> tuple[Posture, EpisodeConfig, Mapping[str, Any]]:
         """Posture and settings with this episode's variation, and what was drawn by factor."""
-        rng = np.random.default_rng(self.variation_seed)
-        varied = vary(self.posture, config, self.entry.variation, rng)
+        varied = vary(self.posture, config, self.entry.variation, self.variation_seed)
         return varied.posture, varied.config, varied.drawn
 
 
@@ -133,15 +131,16 @@ def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = 
     """
     if not protocol.entries:
         raise InvalidInputError(f"protocol {protocol.name!r} has no rows; valid is one or more")
+    entries = []
     for entry in protocol.entries:
         check_factors(entry.variation)
-        if entry.policy != EXPERT:
-            make_policy(entry.policy)
-            if entry.demonstrations is None:
-                raise InvalidInputError(
-                    f"protocol {protocol.name!r}: policy {entry.policy!r} has nothing to learn "
-                    "from; valid is a suite of demonstrations"
-                )
+        entries.append(replace(entry, inputs=inputs_of(make_policy(entry.policy))))
+        if learns(entry.policy) and entry.demonstrations is None:
+            raise InvalidInputError(
+                f"protocol {protocol.name!r}: policy {entry.policy!r} has nothing to learn "
+                "from; valid is a suite of demonstrations"
+            )
+    protocol = replace(protocol, entries=tuple(entries))
     shown = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
     return Plan(
         protocol,
@@ -152,30 +151,26 @@ def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = 
     )
 
 
-def _derived(text: str) -> int:
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
-
-
 def posture_seed(seed: int, posture: Posture) -> int:
     """Seed of the operator on a posture, so that no two postures get the same variability.
 
     It depends on both arguments and on nothing else: not on the order, nor on the other postures.
     """
-    return _derived(f"{seed} {posture.name}")
+    return derived_seed(f"{seed} {posture.name}")
 
 
 def demonstration_seed(seed: int, posture: Posture, demonstration_set: int, attempt: int) -> int:
     """Seed of the operator when a posture is demonstrated for a set, at each attempt another."""
     if demonstration_set == attempt == 0:
         return posture_seed(seed, posture)
-    return _derived(f"{seed}/demonstration/{demonstration_set}/{attempt} {posture.name}")
+    return derived_seed(f"{seed}/demonstration/{demonstration_set}/{attempt} {posture.name}")
 
 
 def fitting_seed(seed: int, entry: Entry, demonstration_set: int) -> int:
     """Seed of a policy's own randomness; the same under every variation."""
-    return _derived(f"{seed}/fit/{demonstration_set}/{entry.demonstrations} {entry.policy}")
+    return derived_seed(f"{seed}/fit/{demonstration_set}/{entry.demonstrations} {entry.policy}")
 
 
 def variation_seed(seed: int, posture: Posture) -> int:
     """Seed of what is drawn anew for an episode; the same for every policy."""
-    return _derived(f"{seed}/variation {posture.name}")
+    return derived_seed(f"{seed}/variation {posture.name}")

@@ -15,9 +15,9 @@ from dressing_sim.benchmark.run.plan import Job, fitting_seed
 from dressing_sim.benchmark.run.store import RunFolder, episode_line
 from dressing_sim.benchmark.studies import thresholds as sensitivity
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import Observer
 from dressing_sim.learning import Policy
+from dressing_sim.policies.registry import make_policy
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +62,11 @@ def replay_episode(folder: RunFolder, index: int, observer: Observer | None = No
     return Replay(result, found, posture, config)
 
 
-def learned_source(folder: RunFolder, job: Job) -> Policy | Operator:
+def learned_source(folder: RunFolder, job: Job) -> Policy:
     """What dresses in a job: the operator, or the policy as it was, learned again."""
     shown, number = job.entry.demonstrations, job.demonstration_set
     if shown is None:
-        return Operator()
+        return make_policy(job.entry.policy)
     demonstrations = [folder.load_demonstration(p, number) for p in folder.plan.shown[shown]]
     seed = fitting_seed(folder.plan.seed, job.entry, number)
     return runner.fit_policy(job.entry.policy, seed, demonstrations)

@@ -13,10 +13,10 @@ from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitti
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import DemonstrationFailed, Observer, demonstrate, record
 from dressing_sim.episode.rules import Outcome
 from dressing_sim.errors import DressingSimError
+from dressing_sim.inputs import fit
 from dressing_sim.learning import Policy
 from dressing_sim.policies.registry import make_policy
 
@@ -54,11 +54,11 @@ def record_demonstration(
 
 def fit_policy(name: str, seed: int, demonstrations: Sequence[Demonstration]) -> Policy:
     """A policy that has learned."""
-    return make_policy(name, seed=seed).fit(demonstrations)
+    return fit(make_policy(name, seed), demonstrations)
 
 
 def dress_job(
-    source: Policy | Operator, job: Job, config: EpisodeConfig, observer: Observer | None = None
+    source: Policy, job: Job, config: EpisodeConfig, observer: Observer | None = None
 ) -> EpisodeResult:
     """Run one episode."""
     posture, varied, drawn = job.situation(config)
@@ -81,7 +81,7 @@ class Work:
 
     demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
     fit: Callable[[str, int, Sequence[Demonstration]], Policy] = fit_policy
-    dress: Callable[[Policy | Operator, Job, EpisodeConfig], EpisodeResult] = dress_job
+    dress: Callable[[Policy, Job, EpisodeConfig], EpisodeResult] = dress_job
 
 
 def run_plan(
@@ -187,14 +187,14 @@ def _fit(
     workers: Workers,
     report: Progress,
     work: Work,
-) -> dict[_Learned, Policy | Operator]:
+) -> dict[_Learned, Policy]:
     """What dresses in each of the jobs."""
-    sources: dict[_Learned, Policy | Operator] = {}
+    sources: dict[_Learned, Policy] = {}
     calls = {}
     for job in jobs:
         key = policy, demonstrations, number = _learned(job)
         if demonstrations is None:
-            sources[key] = Operator()
+            sources[key] = make_policy(policy)
         else:
             seed = fitting_seed(plan.seed, job.entry, number)
             calls[key] = policy, seed, shown[demonstrations, number]

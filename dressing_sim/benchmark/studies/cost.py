@@ -16,19 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.benchmark.run.executors import Workers, completed
-from dressing_sim.config import to_plain
 from dressing_sim.episode.demonstration import Demonstration, versions
 from dressing_sim.learning import DemonstrationLike, Method, SyntheticDemonstration
-from dressing_sim.policies.paper import PaperSettings
-from dressing_sim.policies.registry import BUILT_IN
+from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, plain_config
 
 #: Told about progress: the stage, how much of it is done, of how much, and no episodes.
 Progress = Callable[[str, int, int, Sequence[Any]], None]
 
 RUNS = 20
-
-#: The policies that Algorithm 1 makes, and how.
-POLICIES: Mapping[str, Method] = {name: method for name, method in BUILT_IN.items() if method}
 
 #: The paper's table, for 2 + n demonstrations. It does not say of which case, nor which method.
 PAPER_COST = (0.082, 0.068, 0.060, 0.051, 0.048, 0.046)
@@ -57,7 +52,7 @@ def run_paper_cost(
     demonstrations: Mapping[str, Sequence[Demonstration]],
     seed: int = 0,
     progress: Progress | None = None,
-    settings: PaperSettings | None = None,
+    config: AugmentedTPGMMConfig | None = None,
     runs: int = RUNS,
 ) -> dict[str, Any]:
     """Run Algorithm 1 many times on each set of demonstrations, by each of its methods.
@@ -67,7 +62,7 @@ def run_paper_cost(
         demonstrations: Expert demonstrations by the name of their suite.
         seed: Run i has the same seed, which depends on this and on i, in every row.
         progress: Told after each run.
-        settings: Of the policies.
+        config: Hyper-parameters of the policies.
         runs: How many, a row.
 
     Returns:
@@ -78,16 +73,16 @@ def run_paper_cost(
     Raises:
         DressingSimError: A worker died twice under a run.
     """
-    settings = settings or PaperSettings()
+    config = config or AugmentedTPGMMConfig()
     report = progress or (lambda stage, done, total, results: None)
     # A worker needs the path and the frames, not the joint commands.
     shown = {
         name: [SyntheticDemonstration(d.positions, d.dt, d.frames) for d in recorded]
         for name, recorded in demonstrations.items()
     }
-    places = [(name, policy) for name in shown for policy in POLICIES]
+    places = [(name, policy) for name in shown for policy in AUGMENTED]
     calls = [
-        ((*place, run), (shown[place[0]], POLICIES[place[1]], run_seed(seed, run), settings))
+        ((*place, run), (shown[place[0]], AUGMENTED[place[1]], run_seed(seed, run), config))
         for place in places
         for run in range(runs)
     ]
@@ -99,7 +94,7 @@ def run_paper_cost(
     rows = []
     for name, policy in places:
         results = [found[name, policy, run] for run in range(runs)]
-        most = settings.max_demonstrations - len(demonstrations[name])
+        most = config.options.max_demonstrations - len(demonstrations[name])
         rows.append(
             {
                 "policy": policy,
@@ -118,7 +113,7 @@ def run_paper_cost(
             "protocol": "paper-cost",
             "seed": seed,
             "runs": runs,
-            "policy": to_plain(settings),
+            "policy": plain_config(config),
         },
     }
 
@@ -129,10 +124,13 @@ def run_seed(seed: int, run: int) -> int:
 
 
 def _run(
-    demonstrations: Sequence[DemonstrationLike], method: Method, seed: int, settings: PaperSettings
+    demonstrations: Sequence[DemonstrationLike],
+    method: Method,
+    seed: int,
+    config: AugmentedTPGMMConfig,
 ) -> CostRun:
     started = perf_counter()
-    improved = settings.augmented(method, seed).fit(settings.seen(demonstrations))
+    improved = config.with_method(method).augmented(seed).fit(config.seen(demonstrations))
     return CostRun(improved.costs, improved.tried, perf_counter() - started)
 
 

@@ -19,13 +19,15 @@ from dressing_sim.arm import UP, Posture, Vector
 from dressing_sim.benchmark.report import markdown_table
 from dressing_sim.episode.operator import Operator, OperatorConfig
 from dressing_sim.learning import SyntheticDemonstration
-from dressing_sim.policies.registry import BUILT_IN, make_policy
+from dressing_sim.path import checked_path
+from dressing_sim.policies.paper import POLICIES
+from dressing_sim.policies.registry import make_policy
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import WorldConfig, grip_start
 
 #: Which policies on which demonstrations: the paper's rows.
 ROWS = (
-    *((policy, case) for case in ("case_a", "case_b") for policy in BUILT_IN),
+    *((policy, case) for case in ("case_a", "case_b") for policy in POLICIES),
     ("tp-gmm", "baseline7"),
 )
 
@@ -163,7 +165,11 @@ def screen(
     for seed in range(sets):
         policy = make_policy(name, seed).fit(operator_demonstrations(demonstrations, seed))
         figures += [
-            path_figures(policy.generate(posture.frames(), expert[0]), expert, posture)
+            path_figures(
+                checked_path(policy.generate(posture.frames(), expert[0]), name).positions,
+                expert,
+                posture,
+            )
             for posture, expert in zip(postures, experts, strict=True)
         ]
     return figures

@@ -16,7 +16,6 @@ from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.runner import job_result
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import Observer, record
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import Thresholds, judge, stopped
@@ -134,7 +133,7 @@ def verdict_name(name: str, factor: float) -> str:
 
 
 def dress_job(
-    source: Policy | Operator, job: Job, config: EpisodeConfig, observer: Observer | None = None
+    source: Policy, job: Job, config: EpisodeConfig, observer: Observer | None = None
 ) -> EpisodeResult:
     """Run one episode; its figures hold the verdicts under every variant of the rules."""
     posture, varied, drawn = job.situation(config)
