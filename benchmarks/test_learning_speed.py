@@ -10,11 +10,13 @@ import statistics
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from dressing_sim.learning import (
+    AugmentOptions,
     TimeTPGMM,
     TrajectoryTPGMM,
     augment,
@@ -25,7 +27,7 @@ from dressing_sim.learning.em import EMOptions, Mixture, fit_mixture, initialise
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.sampling import rotation
 from dressing_sim.planar.generator import generate
-from dressing_sim.planar.study import situation_sampler
+from dressing_sim.planar.study import OPTIONS, situation_sampler
 
 
 def seconds(call):
@@ -137,12 +139,9 @@ def test_a_planar_run_of_algorithm_1(benchmark, method):
         return augment(
             data.training,
             rng=np.random.default_rng(seed),
-            method=method,
+            options=replace(OPTIONS, method=method),
             policy=TimeTPGMM(8),
             sampler=sampler,
-            max_demonstrations=8,
-            max_iterations=50,
-            noise_reference="world",
         )
 
     run(0)
@@ -177,7 +176,9 @@ def test_a_dressing_run_of_algorithm_1(benchmark, method):
     demonstrations = dressing_like(2)
 
     def run(seed):
-        return augment(demonstrations, rng=np.random.default_rng(seed), method=method)
+        return augment(
+            demonstrations, rng=np.random.default_rng(seed), options=AugmentOptions(method)
+        )
 
     run(0)
     times = [seconds(lambda seed=seed: run(seed)) for seed in range(5)]

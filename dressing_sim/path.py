@@ -33,7 +33,7 @@ class Path:
     dt: float | None = None
 
     def __post_init__(self) -> None:
-        positions = np.array(_checked_positions(self.positions, "a path"))
+        positions = np.array(_checked_positions(self.positions, "a path: got"))
         positions.flags.writeable = False
         object.__setattr__(self, "positions", positions)
         if self.dt is not None:
@@ -62,8 +62,9 @@ def _checked_positions(path: object, doing: str) -> NDArray[np.float64]:
 
 def _checked_dt(dt: object, longest: float, whose: str) -> float:
     # A bool is a number to Python; a NaN is not between anything.
-    if isinstance(dt, Real) and not isinstance(dt, bool) and 0.0 < float(dt) <= longest:
-        return float(dt)
+    is_number = isinstance(dt, Real) and not isinstance(dt, bool)
+    if is_number and 0.0 < float(dt) <= longest and float(dt) < np.inf:  # type: ignore[arg-type]
+        return float(dt)  # type: ignore[arg-type]
     most = "" if longest == np.inf else f", up to the episode's time limit of {longest:g} s"
     raise InvalidInputError(f"{whose} dt is {dt!r}, valid is seconds above zero{most}")
 

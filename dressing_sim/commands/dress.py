@@ -94,7 +94,12 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
     try:
         fresh = make_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
     except InvalidInputError as error:
-        raise InvalidInputError(f"{error}, or a file written by 'dressing-sim learn'") from error
+        if not str(error).startswith("unknown policy"):
+            raise
+        raise InvalidInputError(
+            f"policy {policy!r}: no such file, and {error}, or a file written by 'dressing-sim "
+            "learn'"
+        ) from error
     return fit(fresh, _recorded(demonstrations, seed)) if learns(name) else fresh
 
 

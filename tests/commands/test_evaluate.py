@@ -21,7 +21,7 @@ from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import cost, cost_report
 from dressing_sim.cli import main
 from dressing_sim.episode import demonstration as demonstrations
-from dressing_sim.policies.paper import PaperSettings
+from dressing_sim.policies.paper import left_open
 from dressing_sim.suites.suites import load_suite
 
 
@@ -168,7 +168,7 @@ def test_the_papers_protocol_is_shown_next_to_the_papers_table(tmp_path, argumen
     told = words(output)
     assert all(" ".join(line) in told for line in rows)
     assert all(name in told for name in heading)
-    assert f"policies: {PaperSettings().left_open} written to" in told
+    assert f"policies: {left_open()} written to" in told
 
 
 @pytest.mark.parametrize(

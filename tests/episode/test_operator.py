@@ -5,6 +5,8 @@ import pytest
 
 from dressing_sim.arm import Posture
 from dressing_sim.episode.operator import Operator, OperatorConfig
+from dressing_sim.learning import Policy
+from dressing_sim.path import policy_path
 from dressing_sim.suites.suites import load_suite, suite_names
 from dressing_sim.world.scene import WorldConfig, grip_start
 
@@ -125,3 +127,22 @@ def test_the_operator_leads_as_always():
     ]
     places = [int(share * (len(points) - 1)) for share in (0.2, 0.4, 0.6, 0.8, 1.0)]
     np.testing.assert_allclose(points[places], expected, atol=1e-8)
+
+
+def test_it_is_a_policy_of_class_posture_that_learns_nothing():
+    operator = Operator()
+    assert isinstance(operator, Policy)
+    assert operator.inputs == "posture"
+    assert operator.fit([]) is operator
+    start = grip_start(BENT, WorldConfig().sleeve)
+    made = operator.generate(BENT, start, seed=3)
+    np.testing.assert_array_equal(made.positions, path(BENT, 3))
+    assert made.dt == operator.dt == OperatorConfig().dt
+
+
+def test_an_episode_s_seed_is_its_own():
+    """So the expert in a test does what it does in a demonstration with the same seed."""
+    start = grip_start(BENT, WorldConfig().sleeve)
+    asked = policy_path(Operator(), BENT, start, 3, 0.05, 30.0)
+    np.testing.assert_array_equal(asked.positions, path(BENT, 3))
+    assert asked.dt == OperatorConfig().dt

@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
@@ -10,19 +10,28 @@ from learning_tasks import (
 )
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import METHODS, Frame, TimeTPGMM, TrajectoryTPGMM, augment
+from dressing_sim.learning import (
+    METHODS,
+    AugmentOptions,
+    Frame,
+    TimeTPGMM,
+    TrajectoryTPGMM,
+    augment,
+)
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.planar.files import load
 from dressing_sim.planar.study import StudySettings, run_study
 
 EXPERTS = reaching_demonstrations(2, seed=4)
 FRESH = reaching_demonstrations(2, seed=40)
+OPTION_NAMES = {field.name for field in fields(AugmentOptions)}
 ALL_METHODS = pytest.mark.parametrize("method", METHODS)
 
 
 def run(method="rf", seed=0, **settings):
-    settings = {"max_demonstrations": 5, "max_iterations": 15, **settings}
-    return augment(EXPERTS, method=method, rng=np.random.default_rng(seed), **settings)
+    given = {name: settings.pop(name) for name in OPTION_NAMES & set(settings)}
+    options = AugmentOptions(method, **{"max_demonstrations": 5, "max_iterations": 15, **given})
+    return augment(EXPERTS, rng=np.random.default_rng(seed), options=options, **settings)
 
 
 @ALL_METHODS
@@ -192,6 +201,8 @@ def test_noise_needs_no_situations():
     line = np.linspace(0.0, 1.0, 40)[:, None] ** 1.5
     frames = Frame(np.eye(1), [0.0]), Frame(np.eye(1), [1.0])
     experts = [SyntheticDemonstration(scale * line, 0.1, frames) for scale in (1.0, 1.1)]
-    result = augment(experts, rng=np.random.default_rng(0), method="noise", max_iterations=3)
+    result = augment(
+        experts, rng=np.random.default_rng(0), options=AugmentOptions("noise", max_iterations=3)
+    )
     assert len(result.history) > 0
     assert all(candidate.fault is None for candidate in result.history)

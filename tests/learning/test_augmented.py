@@ -1,15 +1,25 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from learning_tasks import reaching_demonstrations, reaching_situation
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import BoundsSampler, Policy, TimeTPGMM, TrajectoryTPGMM, augment
+from dressing_sim.learning import (
+    AugmentOptions,
+    BoundsSampler,
+    Policy,
+    TimeTPGMM,
+    TrajectoryTPGMM,
+    augment,
+)
 from dressing_sim.learning.augmented import AugmentedTPGMM
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.storage import Storable
 
 START = np.zeros(3)
+RF = AugmentOptions("rf", max_iterations=30)
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +29,7 @@ def experts():
 
 @pytest.fixture(scope="module")
 def fitted(experts):
-    return AugmentedTPGMM("rf", seed=1, max_iterations=30).fit(experts)
+    return AugmentedTPGMM(RF, seed=1).fit(experts)
 
 
 @pytest.fixture
@@ -34,7 +44,7 @@ def test_it_is_a_policy_that_can_be_stored(fitted):
 
 
 def test_it_does_what_algorithm_1_ends_with(experts, fitted, situation):
-    result = augment(experts, rng=np.random.default_rng(1), method="rf", max_iterations=30)
+    result = augment(experts, rng=np.random.default_rng(1), options=RF)
     expected = result.policy.generate(situation, START)
     np.testing.assert_array_equal(fitted.generate(situation, START), expected)
     assert fitted.costs[0] == result.initial_cost
@@ -51,14 +61,14 @@ def test_costs_fall_and_candidates_count_up(fitted):
 
 def test_it_is_fitted_afresh_each_time(experts, fitted, situation):
     others = reaching_demonstrations(2, seed=9)
-    policy = AugmentedTPGMM("rf", seed=1, max_iterations=30).fit(others).fit(experts)
+    policy = AugmentedTPGMM(RF, seed=1).fit(others).fit(experts)
     path = policy.generate(situation, START)
     np.testing.assert_array_equal(path, fitted.generate(situation, START))
     assert policy.costs == fitted.costs
 
 
 def test_the_seed_makes_a_difference(experts, fitted):
-    other = AugmentedTPGMM("rf", seed=2, max_iterations=30).fit(experts)
+    other = AugmentedTPGMM(RF, seed=2).fit(experts)
     assert other.costs[0] == fitted.costs[0]
     assert other.costs[1:] != fitted.costs[1:]
 
@@ -71,7 +81,9 @@ def test_what_is_given_is_used_and_stays_as_it_is(experts):
 
     asked = []
     base = TrajectoryTPGMM(n_components=3)
-    policy = AugmentedTPGMM("rf", policy=base, sampler=lambda shown: Fixed(), max_iterations=4)
+    policy = AugmentedTPGMM(
+        replace(RF, max_iterations=4), policy=base, sampler=lambda shown: Fixed()
+    )
     policy.fit(experts)
     assert len(asked) == 4
     assert policy.policy.model.n_components == 3
@@ -79,7 +91,7 @@ def test_what_is_given_is_used_and_stays_as_it_is(experts):
 
 
 def test_with_as_many_demonstrations_as_it_may_have_it_is_the_initial_policy(experts, situation):
-    policy = AugmentedTPGMM("rf", max_demonstrations=2).fit(experts)
+    policy = AugmentedTPGMM(AugmentOptions("rf", max_demonstrations=2)).fit(experts)
     initial = TrajectoryTPGMM().fit(experts)
     path = policy.generate(situation, START)
     np.testing.assert_array_equal(path, initial.generate(situation, START))
@@ -91,6 +103,17 @@ def test_it_comes_back_from_its_state(fitted, situation):
     path = copy.generate(situation, START)
     np.testing.assert_array_equal(path, fitted.generate(situation, START))
     assert (copy.costs, copy.tried, copy.seed) == (fitted.costs, fitted.tried, fitted.seed)
+    assert copy.options == fitted.options
+
+
+def test_a_file_of_before_there_were_more_options_is_read(fitted):
+    settings, arrays = fitted.state()
+    for later in ("termination", "retrain"):
+        del settings["settings"][later]
+    assert AugmentedTPGMM.from_state(settings, arrays).options == fitted.options
+    del settings["settings"]["snr_db"]
+    with pytest.raises(KeyError):
+        AugmentedTPGMM.from_state(settings, arrays)
 
 
 def test_it_must_be_fitted_first(situation):
@@ -100,7 +123,7 @@ def test_it_must_be_fitted_first(situation):
 
 def test_an_unknown_method_is_an_error():
     with pytest.raises(InvalidInputError, match=r"noise, rf, rf\+noise"):
-        AugmentedTPGMM("magic")
+        AugmentOptions("magic")
 
 
 def test_bounds_around_the_demonstrations_are_the_default(experts):
@@ -113,7 +136,7 @@ def test_bounds_around_the_demonstrations_are_the_default(experts):
 
 def test_every_fit_starts_from_the_policy_that_was_given(experts, situation):
     policy = TrajectoryTPGMM(initialisation="k-means", rng=np.random.default_rng(4))
-    augmented = AugmentedTPGMM("rf", policy=policy, max_iterations=5)
+    augmented = AugmentedTPGMM(replace(RF, max_iterations=5), policy=policy)
     once = augmented.fit(experts).generate(situation, START)
     np.testing.assert_array_equal(augmented.fit(experts).generate(situation, START), once)
 
@@ -128,5 +151,5 @@ def test_noise_needs_no_situations():
     line = np.linspace(0.0, 1.0, 40)[:, None] ** 1.5
     frames = Frame(np.eye(1), [0.0]), Frame(np.eye(1), [1.0])
     experts = [SyntheticDemonstration(scale * line, 0.1, frames) for scale in (1.0, 1.1)]
-    policy = AugmentedTPGMM("noise", max_iterations=3).fit(experts)
+    policy = AugmentedTPGMM(AugmentOptions("noise", max_iterations=3)).fit(experts)
     assert np.isfinite(policy.generate(frames, [0.0])).all()

@@ -30,7 +30,7 @@ def test_random_postures_are_the_ones_they_have_always_been():
     drawn = load_suite("random:5:1")
     assert [posture.size for posture in drawn] == ["male", "male", "female", "female", "female"]
     assert drawn[0] == Posture(
-        "random0",
+        "random1-0",
         flexion_deg=72.44944590233257,
         abduction_deg=18.13524440745007,
         rotation_deg=57.30572220570426,
@@ -39,7 +39,7 @@ def test_random_postures_are_the_ones_they_have_always_been():
         shoulder_position=(0.5229756212603835, -0.2883464532054159, 0.2552107865204884),
     )
     assert drawn[4] == Posture(
-        "random4",
+        "random1-4",
         flexion_deg=68.38661645354144,
         abduction_deg=47.702627810320955,
         rotation_deg=47.92810705001002,
@@ -62,7 +62,16 @@ def test_random_postures_come_from_the_distribution_and_can_be_reached(random_po
         assert np.rad2deg(np.arcsin(rise)) <= ranges.max_forearm_slope_deg + 1e-9
         assert reachable(posture, KINEMATICS, ranges.shoulder_clearance)
     assert {posture.size for posture in random_postures} == {"male", "female"}
-    assert [posture.name for posture in random_postures] == [f"random{i}" for i in range(8)]
+    assert [posture.name for posture in random_postures] == [f"random0-{i}" for i in range(8)]
+
+
+def test_random_suites_of_other_seeds_have_other_names():
+    one, other = load_suite("random:3:1"), load_suite("random:3:2")
+    assert not {posture.name for posture in one} & {posture.name for posture in other}
+    assert [p.name for p in sample_postures(2, np.random.default_rng(0), prefix="mine")] == [
+        "mine0",
+        "mine1",
+    ]
 
 
 def test_the_generator_alone_decides_what_is_drawn():

@@ -11,7 +11,6 @@ from dressing_sim.benchmark.studies import cost
 from dressing_sim.benchmark.studies.cost import (
     PAPER_COST,
     PAPER_DISCARDED,
-    POLICIES,
     CostRun,
     run_paper_cost,
     run_seed,
@@ -20,11 +19,12 @@ from dressing_sim.benchmark.studies.cost import (
 from dressing_sim.benchmark.studies.cost_report import cost_figure, cost_table, write_cost_report
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.operator import Operator
-from dressing_sim.policies.paper import PaperSettings
+from dressing_sim.learning import AugmentOptions
+from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import WorldConfig, grip_start
 
-QUICK = PaperSettings(max_iterations=12, samples=60)
+QUICK = AugmentedTPGMMConfig(options=AugmentOptions(max_iterations=12), samples=60)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def shown():
 @pytest.fixture(scope="module")
 def summary(shown):
     with Threads(1) as workers:
-        return run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
+        return run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
 
 
 def without_seconds(summary):
@@ -53,7 +53,7 @@ def without_seconds(summary):
 
 def test_there_is_a_row_for_each_case_and_method(summary):
     rows = [(row["demonstrations"], row["policy"]) for row in summary["rows"]]
-    assert rows == [(case, policy) for case in ("case_a", "case_b") for policy in POLICIES]
+    assert rows == [(case, policy) for case in ("case_a", "case_b") for policy in AUGMENTED]
     for row in summary["rows"]:
         assert [step["n"] for step in row["steps"]] == [0, 1, 2, 3, 4, 5]
         assert row["n_runs"] == 3
@@ -79,7 +79,7 @@ def test_the_cost_of_all_runs_never_rises(summary):
 
 def test_the_summary_does_not_depend_on_the_number_of_workers(shown, summary):
     with Threads(3) as workers:
-        again = run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
+        again = run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
     assert without_seconds(again) == without_seconds(summary)
     assert json.loads(json.dumps(summary)) == summary
 
@@ -97,23 +97,25 @@ def test_a_run_whose_worker_died_is_run_once_more(shown, summary):
             return future
 
     with FirstDies(2) as workers:
-        again = run_paper_cost(workers, shown, seed=3, settings=QUICK, runs=3)
+        again = run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
     assert without_seconds(again) == without_seconds(summary)
 
 
 def test_runs_can_be_sent_to_processes(shown):
-    settings = replace(QUICK, max_iterations=1, free_axes="arm-plane", situations="arms")
+    config = replace(
+        QUICK, options=AugmentOptions(max_iterations=1), free_axes="arm-plane", situations="arms"
+    )
     told = []
     with Processes(1) as workers:
         result = run_paper_cost(
             workers,
             {"case_a": shown["case_a"]},
-            settings=settings,
+            config=config,
             runs=1,
             progress=lambda *call: told.append(call),
         )
     assert result["config"]["policy"]["free_axes"] == "arm-plane"
-    assert told == [("runs", done, len(POLICIES), ()) for done in range(len(POLICIES) + 1)]
+    assert told == [("runs", done, len(AUGMENTED), ()) for done in range(len(AUGMENTED) + 1)]
 
 
 def test_every_run_has_its_own_seed():

@@ -5,11 +5,11 @@ import pytest
 
 from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.studies.cost import POLICIES
 from dressing_sim.benchmark.studies.success import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.paper import PaperSettings, settings_from_text
-from dressing_sim.policies.registry import BUILT_IN, EXPERT, make_policy
+from dressing_sim.policies.hyperparameters import changed
+from dressing_sim.policies.paper import AUGMENTED, POLICIES
+from dressing_sim.policies.registry import EXPERT, make_policy
 from dressing_sim.suites.suites import load_suite, shown_postures
 
 
@@ -76,8 +76,8 @@ def test_each_row_with_settings_has_its_counterpart_as_chosen():
 def test_settings_are_of_policies_that_there_are_and_change_something(name):
     make_policy(name)
     stem, mark, text = name.partition("?")
-    assert not mark or settings_from_text(text) != PaperSettings()
-    if BUILT_IN[stem] is None:
+    assert not mark or changed(POLICIES[stem], text) != POLICIES[stem]
+    if stem not in AUGMENTED:
         # An initial policy draws no random situations: it would be the same row once more.
         of_situations = {"situations", "angle_margin_deg", "translation_margin"}
         assert not of_situations & {part.partition("=")[0] for part in text.split("&")}
@@ -90,7 +90,7 @@ def test_a_change_is_made_to_all_rows_that_it_can_change():
         stem, _, text = entry.policy.partition("?")
         rows.setdefault(text, set()).add(replace(entry, policy=stem))
     everywhere = rows["end_radius=0"]
-    augmented = {e for e in everywhere if BUILT_IN[e.policy] is not None}
+    augmented = {e for e in everywhere if e.policy in AUGMENTED}
     # Noise and random frames, each alone, under one change only.
     alone = rows[""] - everywhere
     assert {e.policy for e in alone} == {"tp-gmm-noise", "tp-gmm-rf"}
@@ -102,7 +102,7 @@ def test_the_cost_is_of_the_augmented_policies_on_both_cases():
     cost = find_protocol("paper-cost")
     assert cost.kind == "cost"
     assert {e.demonstrations for e in cost.entries} == {"case_a", "case_b"}
-    assert {e.policy for e in cost.entries} == set(POLICIES)
+    assert {e.policy for e in cost.entries} == set(AUGMENTED)
 
 
 def test_other_policies_learn_from_every_set_of_demonstrations_under_every_variation():
