@@ -3,11 +3,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dressing_sim import arm
 from dressing_sim.arm import ARM_SIZES, Posture
 from dressing_sim.episode import variation
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.variation import FACTORS, FRICTION, GRASP_OFFSET, apply, vary
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.world import garment
 from dressing_sim.world.garment import FABRICS, GARMENTS
 
 POSTURE = Posture("p", flexion_deg=70.0, abduction_deg=20.0, rotation_deg=30.0, elbow_deg=40.0)
@@ -72,19 +74,21 @@ def test_unknown_names_are_errors_that_name_them(drawn):
 
 
 @pytest.mark.parametrize(
-    ("factor", "names"), [("fabric", FABRICS), ("garment", GARMENTS), ("arm", ARM_SIZES)]
+    ("factor", "registry", "user"),
+    [("fabric", "FABRICS", variation), ("garment", "GARMENTS", garment), ("arm", "ARM_SIZES", arm)],
 )
-def test_another_name_changes_only_the_draws_that_fall_on_it(factor, names, monkeypatch):
-    seeds = range(400)
-    before = [varied(FACTORS, seed).drawn for seed in seeds]
-    share = 1.0 / len(names)
+def test_another_name_changes_only_the_draws_that_fall_on_it(factor, registry, user, monkeypatch):
+    names = dict(getattr(user, registry))
+    before = [varied(FACTORS, seed).drawn for seed in range(400)]
     for name in names:
-        assert abs(np.mean([drawn[factor] == name for drawn in before]) - share) < 0.1
-    some = names[next(iter(names))]
-    monkeypatch.setitem(names, "another", some)
-    after = [varied(FACTORS, seed).drawn for seed in seeds]
+        share = np.mean([drawn[factor] == name for drawn in before])
+        assert share == pytest.approx(1.0 / len(names), abs=0.1)
+    more = {"another": next(iter(names.values())), **names}
+    monkeypatch.setattr(user, registry, more)
+    monkeypatch.setitem(variation._NAMES, factor, more)
+    after = [varied(FACTORS, seed).drawn for seed in range(400)]
     new = [drawn[factor] == "another" for drawn in after]
-    assert abs(np.mean(new) - 1.0 / (len(names))) < 0.1
+    assert np.mean(new) == pytest.approx(1.0 / len(more), abs=0.1)
     for old, now, changed in zip(before, after, new, strict=True):
         assert {**now, factor: old[factor]} == old
         assert changed == (now[factor] != old[factor])
