@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from pkgutil import iter_modules
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
 from dressing_sim.errors import InvalidInputError
@@ -80,12 +80,14 @@ def make_policy(name: str, seed: int = 0) -> Policy:
             return (config if text is None else changed(config, text, fixed)).make(seed)
         assert factory is not None
         policy = _made(factory, text, seed)
-        if not isinstance(policy, Policy):
+        acts = all(callable(getattr(policy, name, None)) for name in ("fit", "act"))
+        if not (acts or isinstance(policy, Policy)):
             raise InvalidInputError(
-                "valid is a class with fit(demonstrations) and generate(frames, start)"
+                "valid is a class with fit(demonstrations) and generate(frames, start), or with "
+                "act(observation)"
             )
         inputs_of(policy)
-        return policy
+        return cast(Policy, policy)
     except InvalidInputError as error:
         raise InvalidInputError(f"policy {name!r}: {error}") from error
 

@@ -216,3 +216,19 @@ def test_dress_says_what_went_wrong(capsys):
     text = capsys.readouterr().out
     assert "failure" in text.splitlines()[0]
     assert "ik_unreachable" in text
+
+
+def test_dress_takes_every_name_of_evaluate_and_lets_it_learn(
+    capsys, tmp_path, demonstration, posture
+):
+    file = tmp_path / "shown.h5"
+    save_demonstrations(file, [demonstration, demonstration])
+    arguments = ["dress", "--posture", posture.name, "--demonstrations", str(file), "--json"]
+    outcomes = []
+    for policy in ("tp-gmm?samples=60", "default?samples=60"):
+        main([*arguments, "--policy", policy])
+        outcomes.append(json.loads(capsys.readouterr().out))
+        assert outcomes[-1].pop("policy") == policy
+    assert outcomes[0] == outcomes[1]
+    main(["dress", "--posture", posture.name, "--policy", "expert?speed=0.12", "--json"])
+    assert json.loads(capsys.readouterr().out)["figures"] != outcomes[0]["figures"]

@@ -40,10 +40,14 @@ def table(summary: Mapping[str, Any]) -> Cells:
     """The summary's rows as cells of text, the first row the heading."""
     varied = any(row["variation"] for row in summary["rows"])
     over_sets = any("pc_success_ci95_sets" in row for row in summary["rows"])
+    # Of who learns nothing it is known that he sees the whole arm.
+    learned = [row for row in summary["rows"] if row["demonstrations"] is not None]
+    classes = any(row.get("inputs", "frames") != "frames" for row in learned)
     cells = [
         [
             "policy",
             "shown",
+            *(["inputs"] if classes else []),
             *(["varied"] if varied else []),
             "success",
             "rate",
@@ -58,6 +62,7 @@ def table(summary: Mapping[str, Any]) -> Cells:
             [
                 row["policy"],
                 row["demonstrations"] or "-",
+                *([row["inputs"]] if classes else []),
                 *([", ".join(row["variation"]) or "-"] if varied else []),
                 f"{row['n_success']} / {row['n_episodes']}",
                 percent(row["pc_success"]),

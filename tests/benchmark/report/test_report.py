@@ -311,3 +311,18 @@ def test_the_expert_alone_is_a_report():
     summary = summarise(protocol, results, {})
     assert (summary["comparisons"], summary["claims"]) == ([], [])
     assert "hardest" not in markdown(FOLDER, protocol, results, summary, COMMAND)
+
+
+def test_a_table_says_the_class_of_inputs_once_a_policy_that_learned_has_another(summary):
+    assert "inputs" not in table(summary)[0]
+    rows = [
+        {**row, "inputs": "elbow" if row["policy"] == "mine" else "frames"}
+        for row in summary["rows"]
+    ]
+    cells = table({**summary, "rows": rows})
+    place = cells[0].index("inputs")
+    assert [line[place] for line in cells[1:]] == [row["inputs"] for row in rows]
+    assert "elbow" in [line[place] for line in cells[1:]]
+    expert = [{**row, "inputs": "frames"} for row in rows]
+    expert[0]["inputs"] = "posture"
+    assert "inputs" not in table({**summary, "rows": expert})[0]
