@@ -9,6 +9,7 @@ from dressing_sim.episode.record import record
 from dressing_sim.errors import InvalidInputError
 
 BRIEF = EpisodeConfig(hold=0.1, time_limit=1.0)
+NO_STOP = EpisodeConfig(protective_stop=False)
 
 
 class Follower:
@@ -82,7 +83,7 @@ def test_a_target_that_is_none_names_the_policy(posture, target):
 
 
 def test_a_target_out_of_reach_is_unreachable_and_the_robot_stops(posture):
-    recording = record(Follower([[0.2, 0.4, 1.9]] * 2000), posture)
+    recording = record(Follower([[0.2, 0.4, 1.9]] * 2000), posture, config=NO_STOP)
     assert recording.outcome.reasons == ("ik_unreachable",)
     assert "from the target" in recording.outcome.failures[0].detail
     assert recording.outcome.failures[0].time > 0.0
