@@ -5,6 +5,7 @@ import sys
 from functools import partial
 
 import pytest
+from dressing_sim.benchmark.analysis.paper_table import next_to_paper
 from fake_benchmark import (
     dask_cluster,
     fake_work,
@@ -15,7 +16,6 @@ from fake_benchmark import (
     write_suite,
 )
 
-from dressing_sim.benchmark.analysis.paper_table import next_to_paper
 from dressing_sim.benchmark.run import runner
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import cost, cost_report

@@ -1,5 +1,4 @@
 import pytest
-
 from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE, next_to_paper
 
 

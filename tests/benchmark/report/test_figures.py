@@ -1,5 +1,18 @@
 import numpy as np
 import pytest
+from dressing_sim.benchmark.report.figures import (
+    Axis,
+    Point,
+    budget_curves,
+    elbow_axis,
+    elbow_curves,
+    first_failure,
+    first_failures,
+    hardest,
+    number_axis,
+    share_axis,
+    symmetric_axis,
+)
 from fake_results import (
     BUDGET,
     EXPERT,
@@ -16,19 +29,6 @@ from fake_results import (
 
 from dressing_sim.benchmark.analysis.statistics import wilson_interval
 from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.report.figures import (
-    Axis,
-    Point,
-    budget_curves,
-    elbow_axis,
-    elbow_curves,
-    first_failure,
-    first_failures,
-    hardest,
-    number_axis,
-    share_axis,
-    symmetric_axis,
-)
 from dressing_sim.episode.rules import Failure, Outcome
 
 

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
+from dressing_sim.benchmark.report.figures import hardest
+from dressing_sim.benchmark.report.text import pair_label
 from fake_results import (
     BUDGET,
     EXPERT,
@@ -23,12 +26,9 @@ from fake_results import (
     results_of,
 )
 
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import summarise
-from dressing_sim.benchmark.report.figures import hardest
 from dressing_sim.benchmark.report.html import page
-from dressing_sim.benchmark.report.text import pair_label
 from dressing_sim.episode.rules import REASONS, Failure, Outcome
 from dressing_sim.errors import DressingSimError
 from dressing_sim.files import assets

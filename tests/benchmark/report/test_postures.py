@@ -2,9 +2,9 @@ from pathlib import Path
 
 import matplotlib
 import pytest
+from dressing_sim.benchmark.report.postures import distance_table, draw_postures
 
 from dressing_sim import load_suite
-from dressing_sim.benchmark.report.postures import distance_table, draw_postures
 from dressing_sim.errors import InvalidInputError
 
 PAPER = load_suite("paper5")

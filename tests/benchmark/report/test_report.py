@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dressing_sim.benchmark.analysis.paper_table import next_to_paper
+from dressing_sim.benchmark.report.text import headline
 from fake_results import (
     EXPERT,
     FULL,
@@ -20,12 +22,10 @@ from fake_results import (
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons, rows_by_entry
-from dressing_sim.benchmark.analysis.paper_table import next_to_paper
 from dressing_sim.benchmark.analysis.statistics import rate_interval_over_sets, wilson_interval
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import markdown_table, summarise, table, write_report
 from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.benchmark.report.text import headline
 from dressing_sim.benchmark.studies.success import PROTOCOLS
 from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import InvalidInputError

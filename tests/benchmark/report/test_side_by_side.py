@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dressing_sim.benchmark.report.side_by_side import settings_table, side_by_side, variation_table
 from fake_results import FULL, HIT, ROBUST, SMALL, SUCCESS, VOID, random_results, results_of
 
 from dressing_sim.benchmark.analysis.comparisons import rows_by_entry
@@ -15,7 +16,6 @@ from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import markdown_table, summarise
 from dressing_sim.benchmark.report.html import page
 from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.benchmark.report.side_by_side import settings_table, side_by_side, variation_table
 
 ROOT = Path(__file__).resolve().parents[3]
 FLOOR, RADIUS = "position_floor=1e-3&relative_floor=true", "end_radius=0"

@@ -2,6 +2,12 @@ import json
 from dataclasses import replace
 
 import pytest
+from dressing_sim.benchmark.studies.convergence_report import (
+    convergence_figure,
+    validation_markdown,
+    validation_table,
+    write_validation,
+)
 from fake_trials import CHOSEN, NAMES, STUCK, outcome, row, trials
 
 from dressing_sim.benchmark.studies.convergence import (
@@ -11,12 +17,6 @@ from dressing_sim.benchmark.studies.convergence import (
     PATHS,
     Trial,
     settings,
-)
-from dressing_sim.benchmark.studies.convergence_report import (
-    convergence_figure,
-    validation_markdown,
-    validation_table,
-    write_validation,
 )
 from dressing_sim.benchmark.studies.convergence_summary import compare
 from dressing_sim.episode.rules import Failure, Outcome

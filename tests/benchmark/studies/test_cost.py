@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dressing_sim.benchmark.studies.cost_report import cost_figure, cost_table, write_cost_report
 from fake_benchmark import Threads
 
 from dressing_sim.benchmark.run.executors import Processes
@@ -16,7 +17,6 @@ from dressing_sim.benchmark.studies.cost import (
     run_seed,
     summarise_runs,
 )
-from dressing_sim.benchmark.studies.cost_report import cost_figure, cost_table, write_cost_report
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.operator import Operator
 from dressing_sim.learning import AugmentOptions

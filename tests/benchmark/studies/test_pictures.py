@@ -4,10 +4,10 @@ from types import SimpleNamespace
 import imageio.v3 as imageio
 import numpy as np
 import pytest
+from dressing_sim.benchmark.report.pictures import FailurePictures
 from fake_results import HIT, SMALL, STUCK, UNREACHABLE, results_of
 
 from dressing_sim.benchmark.report import pictures
-from dressing_sim.benchmark.report.pictures import FailurePictures
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import DressingSimError
 
