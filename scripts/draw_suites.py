@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import tyro
-from dressing_sim.benchmark.report.postures import distance_table, draw_postures
+from suite_pictures import distance_table, draw_postures
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets

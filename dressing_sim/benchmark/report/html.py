@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from dressing_sim.benchmark.report.document import Cells, Document, Picture, Plot
 from dressing_sim.benchmark.report.plots import (
     ACCENT,
+    BLACK,
     CONTRAST,
     GRID,
     INK,
@@ -28,6 +29,7 @@ _NUMBER = re.compile(r"[-+·<]?\s?[\d.]*(\s|\d|$)|[-·]")
 _THEME = {
     PAPER: "none",
     SURFACE: "var(--paper)",
+    BLACK: "var(--black)",
     INK: "var(--ink)",
     QUIET: "var(--quiet)",
     GRID: "var(--grid)",

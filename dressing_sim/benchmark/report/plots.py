@@ -23,6 +23,9 @@ from matplotlib.patches import Patch
 #: Behind a plot, and around marks; text and black data; less of it; lines to read values by.
 PAPER, SURFACE, INK, QUIET, GRID = "#ffffff", "#fdfdfb", "#1c1c1a", "#62625c", "#e4e3dd"
 
+#: The darkest on bright paper, the brightest on dark.
+BLACK = "#000000"
+
 #: What a plot is about, and what it is held against.
 ACCENT, CONTRAST = "#0072b1", "#b34700"
 
@@ -93,7 +96,7 @@ MUTED = Style(QUIET, "s")
 
 #: Colours of kinds that stand side by side: Okabe and Ito's eight, and Tol's wine.
 CATEGORIES = (
-    INK,
+    BLACK,
     *("#f0e442", "#56b4e9", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#009e73"),
     "#882255",
 )
@@ -277,7 +280,7 @@ def _places(labels: Sequence[str]) -> list[float]:
         height = _ROW + _LINE * label.count("\n")
         places.append(bottom + 0.5 * height + 0.05)
         bottom += height + 0.1
-    return places or [0.0]
+    return places
 
 
 def _rows(
@@ -289,7 +292,7 @@ def _rows(
 ) -> Axes:
     """Axes with labelled rows and a scale."""
     axes = drawn.subplots()
-    axes.set_yticks(places[: len(labels)], labels, color=INK)
+    axes.set_yticks(places, labels, color=INK)
     axes.tick_params(axis="y", length=0.0)
     axes.set(xlim=limits, ylim=(places[-1] + 0.2, places[0] - 0.2), xlabel=xlabel)
     axes.grid(axis="x")
@@ -299,7 +302,7 @@ def _rows(
 
 def _text_on(colour: str) -> str:
     """A colour that can be read on another."""
-    if colour == INK:
+    if colour == BLACK:
         return SURFACE
     red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
     return _ON_DARK if 0.30 * red + 0.59 * green + 0.11 * blue < 0.45 else _ON_BRIGHT
