@@ -15,11 +15,11 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    processors,
     resumable,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 if TYPE_CHECKING:
     from dressing_sim.benchmark.report.document import Document

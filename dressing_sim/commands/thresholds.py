@@ -13,10 +13,10 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    processors,
     resumable,
 )
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 
 def thresholds(

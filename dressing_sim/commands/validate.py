@@ -12,10 +12,10 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    processors,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
+from dressing_sim.system import processors
 
 
 def validate(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.episode.rules import REASONS, Failure, Outcome, Thresholds
+from dressing_sim.episode.rules import Failure, Outcome, Thresholds, in_order
 
 #: Two times that differ by less are the same [s].
 _SLACK = 1e-6
@@ -39,10 +39,10 @@ def first_failure(outcome: Outcome) -> Failure | None:
     """What went wrong first; what has no time was wrong from the start. None for a success.
 
     A caught sleeve is found out by the limit that it exceeds, a moment before it stops the robot:
-    of failures as near in time as that, the first of `REASONS` counts.
+    of failures as near in time as that, the first of the rules counts.
     """
     times = [0.0 if failure.time is None else failure.time for failure in outcome.failures]
-    # Failures come in the order of REASONS. Times are sums of steps, hence the slack.
+    # Failures come in the rules' order. Times are sums of steps, hence the slack.
     return next(
         (
             failure
@@ -54,10 +54,10 @@ def first_failure(outcome: Outcome) -> Failure | None:
 
 
 def first_reasons(results: Iterable[EpisodeResult]) -> dict[str, int]:
-    """How many failed episodes each reason came first in, in the order of `REASONS`."""
+    """How many failed episodes each reason came first in, in the rules' order."""
     firsts = [first_failure(result.outcome) for result in valid(results)]
     reasons = [first.reason for first in firsts if first is not None]
-    return {reason: reasons.count(reason) for reason in REASONS if reason in reasons}
+    return {reason: reasons.count(reason) for reason in in_order(set(reasons))}
 
 
 def hardest(results: Sequence[EpisodeResult], most: int = 6) -> list[HardPosture]:

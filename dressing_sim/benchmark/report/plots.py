@@ -94,13 +94,6 @@ STYLES = (
 #: What is drawn apart from what a plot is about: a yardstick.
 MUTED = Style(QUIET, "s")
 
-#: Colours of kinds that stand side by side: Okabe and Ito's eight, and Tol's wine.
-CATEGORIES = (
-    BLACK,
-    *("#f0e442", "#56b4e9", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#009e73"),
-    "#882255",
-)
-
 
 @contextmanager
 def figure(height: float, width: float = WIDTH) -> Iterator[Figure]:

@@ -14,7 +14,7 @@ from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.replay import Replay, replay_episode
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.success_document import Pictures
-from dressing_sim.episode.dressing import Episode
+from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures.rendering import OffscreenRenderer, gl_backend
 from dressing_sim.world.simulation import World
@@ -83,7 +83,9 @@ def _states(folder: RunFolder, result: EpisodeResult) -> tuple[Replay, list[NDAr
 
     again = replay_episode(folder, result.index, keep)
     if not states:
-        states.append(Episode(again.posture, again.config).world.data.qpos.copy())
+        dressing = Dressing(again.posture, again.config)
+        dressing.reset()
+        states.append(dressing.world.data.qpos.copy())
     return again, states
 
 

@@ -13,10 +13,7 @@ from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.document import Plot, percent
 from dressing_sim.benchmark.studies.success_tables import counted
-from dressing_sim.episode.rules import REASONS
-
-#: Colour of each reason.
-COLOURS: Mapping[str, str] = dict(zip(REASONS, plots.CATEGORIES, strict=True))
+from dressing_sim.episode.rules import in_order, rule_colour
 
 _LEARNED = plots.Style(plots.ACCENT, "o")
 
@@ -90,7 +87,9 @@ def failures_plot(protocol: Protocol, results: Sequence[EpisodeResult]) -> Plot:
         name = label(entry)
         shares[name] = {reason: 100.0 * n / len(inside) for reason, n in counts.items()}
         words.append(f"{name}: first {counted(counts) or 'no failure'}")
-    svg = plots.stacked(shares, COLOURS, "failed episodes, by what went wrong first [%]")
+    reasons = in_order({reason for one in shares.values() for reason in one})
+    colours = {reason: rule_colour(reason) for reason in reasons}
+    svg = plots.stacked(shares, colours, "failed episodes, by what went wrong first [%]")
     return Plot("failures", svg, _sentences(words))
 
 

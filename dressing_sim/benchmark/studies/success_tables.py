@@ -9,7 +9,7 @@ from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.failures import HardPosture, valid, verdict
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.document import Cells, percent
-from dressing_sim.episode.rules import REASONS, count_reasons
+from dressing_sim.episode.rules import count_reasons, in_order
 from dressing_sim.policies.paper import split_settings
 
 #: With more episodes than this a report lists postures instead.
@@ -66,7 +66,7 @@ def counted(reasons: Mapping[str, int]) -> str:
 def reasons_table(summary: Summary) -> Cells:
     """How many episodes of each row failed for each reason; an episode can have several."""
     rows = summary["rows"]
-    reasons = [reason for reason in REASONS if any(reason in row["failures"] for row in rows)]
+    reasons = in_order({reason for row in rows for reason in row["failures"]})
     body = [[label_of(r), *(str(r["failures"].get(one, "·")) for one in reasons)] for r in rows]
     return [["row", *reasons], *body]
 

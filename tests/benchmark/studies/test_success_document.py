@@ -1,7 +1,10 @@
 import base64
+import re
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fake_pages import Parsed
 from fake_results import (
@@ -24,12 +27,12 @@ from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.failures import hardest
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE, next_to_paper
 from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown, markdown_table
 from dressing_sim.benchmark.studies.success import PROTOCOLS
 from dressing_sim.benchmark.studies.success_document import Pictures, headline, success_document
 from dressing_sim.benchmark.studies.success_plots import (
-    COLOURS,
     differences_plot,
     elbow_plot,
     failures_plot,
@@ -44,10 +47,47 @@ from dressing_sim.benchmark.studies.success_tables import (
     table,
     variation_table,
 )
-from dressing_sim.episode.rules import REASONS, Failure, Outcome
+from dressing_sim.episode.rules import REASONS, Failure, Outcome, rule_colour
+from dressing_sim.files import assets
 
 COMMAND = "dressing-sim evaluate --protocol full"
 FOLDER = Path("results/run")
+
+
+#: What the eye perceives of linear RGB without one kind of cones (Machado et al. 2009), and with
+#: all.
+VISIONS = {
+    "all": np.eye(3),
+    "protanopes": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "deuteranopes": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "tritanopes": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+
+
+def perceived(colour, vision):
+    """A colour #rrggbb in Oklab (Ottosson 2020), where 0.02 is just noticed."""
+    encoded = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(encoded < 0.04, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    cones = [[0.4122, 0.5363, 0.0514], [0.2119, 0.6807, 0.1074], [0.0883, 0.2817, 0.6300]]
+    lab = [[0.2105, 0.7936, -0.0041], [1.9780, -2.4286, 0.4506], [0.0259, 0.7828, -0.8087]]
+    return np.array(lab) @ np.cbrt(np.array(cones) @ np.clip(np.array(vision) @ linear, 0, 1))
+
+
+@pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
+@pytest.mark.parametrize("eyes", VISIONS)
+def test_reasons_and_the_page_are_told_apart_by_everybody(eyes, theme):
+    style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
+    page = dict(
+        re.findall(r"(--\w+): (#\w+);", re.findall(r":root \{(.*?)\}", style, re.DOTALL)[theme])
+    )
+    themed = {plots.BLACK: page["--black"]}
+    colours = [
+        page["--paper"],
+        *(themed.get(colour, colour) for colour in map(rule_colour, REASONS)),
+    ]
+    seen = [perceived(colour, VISIONS[eyes]) for colour in colours]
+    for a, b in combinations(seen, 2):
+        assert np.linalg.norm(a - b) > 0.07
 
 
 def report(protocol, results, pictures=None):
@@ -128,12 +168,19 @@ def test_the_plot_of_differences_says_what_the_summary_says(full):
 
 
 def test_every_reason_has_a_colour_of_its_own_and_is_drawn_with_it():
-    assert len(set(COLOURS.values())) == len(REASONS)
+    assert len(set(map(rule_colour, REASONS))) == len(REASONS)
     outcomes = [Outcome(False, (Failure(reason, "why", 1.0),), METRICS) for reason in REASONS]
     plot = failures_plot(SMALL, results_of(SMALL, [outcomes] * len(SMALL.entries)))
     for reason in REASONS:
         assert f"{reason} 1" in plot.alt
-        assert plot.svg.count(f"fill: {COLOURS[reason]}") >= len(SMALL.entries) + 1
+        assert plot.svg.count(f"fill: {rule_colour(reason)}") >= len(SMALL.entries) + 1
+
+
+def test_a_rule_that_is_not_ours_is_counted_and_drawn_like_ours():
+    outcome = Outcome(False, (Failure("dropped", "why", 1.0),), METRICS)
+    results = results_of(SMALL, [[outcome, HIT], [SUCCESS], [SUCCESS]])
+    assert "expert: first hit 1, dropped 1" in failures_plot(SMALL, results).alt
+    assert "| row | hit | dropped |" in markdown(report(SMALL, results)[0])
 
 
 def test_success_over_the_elbow_s_bend_is_told_bin_by_bin():

@@ -27,10 +27,11 @@ from dressing_sim.benchmark.studies.thresholds_document import (
     thresholds_document,
     turned_table,
 )
-from dressing_sim.benchmark.studies.thresholds_summary import documentation, summarise
+from dressing_sim.benchmark.studies.thresholds_summary import summarise
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.thresholds import threshold_sources
 from dressing_sim.suites.suites import load_suite
 
 RULES = Thresholds()
@@ -151,7 +152,7 @@ def test_rows_without_a_valid_episode_have_no_rate(tmp_path):
 
 
 def test_every_threshold_is_documented():
-    told = documentation(Thresholds)
+    told = threshold_sources()
     assert tuple(told) == NAMES
     assert all(len(text) > 20 for text in told.values())
     units = {t["name"]: t["unit"] for t in summary_of(lambda *_: 20)["thresholds"]}
@@ -170,7 +171,7 @@ def test_the_table_has_a_line_for_each_threshold_and_a_column_for_each_row():
     assert strain["expert"] == "87.5 / 87.5 / 50 %"
     assert strain["tp-gmm on case_a"] == "50 / 50 / 87.5 %"
     assert strain["ranking turned by 20 %"] == "yes"
-    assert strain["meaning and source"] == documentation(Thresholds)["strain"]
+    assert strain["meaning and source"] == threshold_sources()["strain"]
     assert len(sensitivity_table(summary)[0]) == len(heading) - 1
     assert len(turned_table(summary)) == 1 + 4
 
