@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import tyro
+from suite_pictures import distance_table, draw_postures
 
-from dressing_sim.benchmark.report.postures import distance_table, draw_postures
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets
 from dressing_sim.suites.distribution import DRAWN_SUITES

@@ -16,12 +16,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.analysis.paper_table import next_to_paper
-from dressing_sim.benchmark.report import markdown_table, table
-from dressing_sim.benchmark.report.side_by_side import settings_table, variation_table
-from dressing_sim.benchmark.studies.convergence_report import differing_table, validation_table
-from dressing_sim.benchmark.studies.cost_report import cost_table
-from dressing_sim.benchmark.studies.thresholds_report import sensitivity_table, turned_table
+from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
+from dressing_sim.benchmark.report.markdown import markdown_table
+from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
+from dressing_sim.benchmark.studies.cost_document import cost_table
+from dressing_sim.benchmark.studies.success_tables import (
+    claims_table,
+    sets_table,
+    settings_table,
+    table,
+    variation_table,
+)
+from dressing_sim.benchmark.studies.thresholds_document import sensitivity_table, turned_table
 from dressing_sim.files import write_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -29,23 +35,6 @@ PAGES = ("README.md", "docs/results.md", "docs/convergence.md", "docs/thresholds
 MARKER = re.compile(r"(<!-- ([\w-]+): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 Summary = Mapping[str, Any]
-
-
-def claims(summary: Summary) -> str:
-    """The paper's claims with their verdicts."""
-    cells = [["claim", "verdict", "numbers"]]
-    cells += [[c["statement"], f"**{c['verdict']}**", c["detail"]] for c in summary["claims"]]
-    return markdown_table(cells)
-
-
-def sets(summary: Summary) -> str:
-    """Successes by demonstration set."""
-    rows = [row for row in summary["rows"] if "sets" in row]
-    cells = [["policy", "shown", *(f"set {i}" for i in range(len(rows[0]["sets"])))]]
-    for row in rows:
-        rates = [f"{one['n_success']} / {one['n_episodes']}" for one in row["sets"]]
-        cells.append([row["policy"], row["demonstrations"] or "-", *rates])
-    return markdown_table(cells)
 
 
 def ends(summary: Summary) -> str:
@@ -82,8 +71,8 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
     "settings": lambda summary: markdown_table(settings_table(summary)),
     "variation": lambda summary: markdown_table(variation_table(summary)),
-    "claims": claims,
-    "sets": sets,
+    "claims": lambda summary: markdown_table(claims_table(summary)),
+    "sets": lambda summary: markdown_table(sets_table(summary)),
     "ends": ends,
     "cost": lambda summary: markdown_table(cost_table(summary)),
     "convergence": lambda summary: markdown_table(validation_table(summary)),

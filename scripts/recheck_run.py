@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dressing_sim.benchmark.analysis.failures import verdict
 from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.benchmark.report.text import verdict
 from dressing_sim.benchmark.run.executors import Processes, completed
 from dressing_sim.benchmark.run.replay import learned_source
 from dressing_sim.benchmark.run.runner import dress_job

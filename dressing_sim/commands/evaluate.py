@@ -15,7 +15,6 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    print_table,
     resumable,
 )
 from dressing_sim.errors import InvalidInputError
@@ -23,6 +22,7 @@ from dressing_sim.files import check_writable
 from dressing_sim.system import processors
 
 if TYPE_CHECKING:
+    from dressing_sim.benchmark.report.document import Document
     from dressing_sim.benchmark.run.executors import Workers
     from dressing_sim.benchmark.run.runner import Progress
     from dressing_sim.benchmark.run.store import OpenRun
@@ -61,8 +61,7 @@ def evaluate(
             settings; or paper-cost, what the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
-            tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...
-            for its hyper-parameters.
+            tp-gmm, the name of an installed one, or module:Class.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
@@ -73,11 +72,14 @@ def evaluate(
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
+    from dressing_sim.benchmark.report.terminal import print_document
+    from dressing_sim.benchmark.report.write import write_report
     from dressing_sim.benchmark.run.plan import make_plan
     from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.run.store import open_run
     from dressing_sim.benchmark.studies.success import find_protocol
-    from dressing_sim.policies.paper import any_of_the_paper, left_open
+    from dressing_sim.policies.paper import PaperSettings
+    from dressing_sim.policies.registry import is_built_in
 
     chosen = find_protocol(protocol)
     if chosen.kind == "cost" and (suite, policies, variation) != (None, None, None):
@@ -104,16 +106,16 @@ def evaluate(
         show_progress(Console(stderr=True)) as progress,
     ):
         if chosen.kind == "cost":
-            summary, tables = _cost(folder, crew, progress, command)
+            summary, document = _cost(folder, crew, progress, command)
         else:
-            summary, tables = _success(folder, crew, progress, command, pictures)
+            summary, document = _success(folder, crew, progress, command, pictures)
+        write_report(folder.path, document, summary)
     if json:
         print(json_format.dumps(summary, indent=2))
     else:
-        for cells in tables:
-            print_table(cells)
-        if any_of_the_paper(row["policy"] for row in summary["rows"]):
-            told = f"policies: {left_open()}"
+        print_document(document)
+        if any(is_built_in(row["policy"]) for row in summary["rows"]):
+            told = f"policies: {PaperSettings().left_open}"
             print(fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))
         print(f"written to {out}/: report.md, report.html, summary.json")
 
@@ -129,39 +131,38 @@ def _workers(count: int | None, scheduler: str | None) -> Workers:
 
 def _success(
     folder: OpenRun, crew: Workers, progress: Progress, command: str, pictures: bool
-) -> tuple[dict[str, Any], list[list[list[str]]]]:
-    """Summary and tables of a protocol that is made of episodes."""
-    from dressing_sim.benchmark.report import paper_cells, summarise, table, write_report
-    from dressing_sim.benchmark.report.pictures import FailurePictures
+) -> tuple[dict[str, Any], Document]:
+    """Summary and report of a protocol that is made of episodes."""
     from dressing_sim.benchmark.run.runner import repeated_demonstrations, run_plan
+    from dressing_sim.benchmark.studies.pictures import failure_pictures
+    from dressing_sim.benchmark.studies.success_document import success_document
+    from dressing_sim.benchmark.studies.success_summary import summarise
     from dressing_sim.config import to_plain
-    from dressing_sim.policies.paper import plain_config
+    from dressing_sim.policies.paper import PaperSettings
 
     plan = folder.plan
     results = run_plan(folder, crew, progress)
     settings = {
         "seed": plan.seed,
         "repeated_demonstrations": repeated_demonstrations(folder),
-        "policies": plain_config(),
+        "policies": to_plain(PaperSettings()),
         "episode": to_plain(plan.config),
     }
     summary = summarise(plan.protocol, results, settings)
-    picture = FailurePictures(folder) if pictures else None
-    write_report(folder.path, plan.protocol, results, summary, command, picture)
-    beside = paper_cells(plan.protocol, summary)
-    return summary, [table(summary), *([beside] if beside else [])]
+    drawn = failure_pictures(folder, results) if pictures else None
+    document = success_document(folder.path, plan.protocol, results, summary, command, drawn)
+    return summary, document
 
 
 def _cost(
     folder: OpenRun, crew: Workers, progress: Progress, command: str
-) -> tuple[dict[str, Any], list[list[list[str]]]]:
-    """Summary and tables of what Algorithm 1 costs."""
+) -> tuple[dict[str, Any], Document]:
+    """Summary and report of what Algorithm 1 costs."""
     from dressing_sim.benchmark.run.runner import record_demonstrations
     from dressing_sim.benchmark.studies.cost import run_paper_cost
-    from dressing_sim.benchmark.studies.cost_report import cost_table, write_cost_report
+    from dressing_sim.benchmark.studies.cost_document import cost_document
 
     shown = record_demonstrations(folder, crew, progress)
     recorded = {name: demonstrations for (name, _), demonstrations in shown.items()}
     summary = run_paper_cost(crew, recorded, folder.plan.seed, progress)
-    write_cost_report(folder.path, summary, command)
-    return summary, [cost_table(summary)]
+    return summary, cost_document(summary, command)

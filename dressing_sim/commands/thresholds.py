@@ -13,7 +13,6 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    print_table,
     resumable,
 )
 from dressing_sim.files import check_writable
@@ -32,7 +31,8 @@ def thresholds(
     """Measure how success rates, and the ranking of policies, hang on each threshold of success.
 
     Every episode is simulated once, on after limits were exceeded, and judged with each threshold
-    multiplied by 0.5 to 1.5. Writes episodes.jsonl, summary.json, report.md and thresholds.svg.
+    multiplied by 0.5 to 1.5. Writes episodes.jsonl, summary.json, report.md, report.html and
+    thresholds.svg.
 
     For example: dressing-sim thresholds
 
@@ -49,16 +49,15 @@ def thresholds(
         resume: continue the run in the folder, if there is one, with the same settings.
         json: print the summary as JSON, and nothing else, to standard output.
     """
+    from dressing_sim.benchmark.report.terminal import print_document
+    from dressing_sim.benchmark.report.write import write_report
     from dressing_sim.benchmark.run.executors import Processes
     from dressing_sim.benchmark.run.plan import make_plan
     from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.run.runner import Work, run_plan
     from dressing_sim.benchmark.run.store import open_run
     from dressing_sim.benchmark.studies.thresholds import PROTOCOL, dress_job
-    from dressing_sim.benchmark.studies.thresholds_report import (
-        sensitivity_table,
-        write_sensitivity_report,
-    )
+    from dressing_sim.benchmark.studies.thresholds_document import thresholds_document
     from dressing_sim.benchmark.studies.thresholds_summary import summarise
     from dressing_sim.config import to_plain
     from dressing_sim.episode.config import EpisodeConfig
@@ -82,9 +81,10 @@ def thresholds(
         summary = summarise(
             protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
         )
-        write_sensitivity_report(out, summary, command_line())
+        document = thresholds_document(summary, command_line())
+        write_report(out, document, summary)
     if json:
         print(json_format.dumps(summary, indent=2))
     else:
-        print_table(sensitivity_table(summary))
-        print(f"written to {out}/: report.md, thresholds.svg, summary.json")
+        print_document(document)
+        print(f"written to {out}/: report.md, report.html, thresholds.svg, summary.json")

@@ -12,7 +12,6 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
-    print_table,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
@@ -35,7 +34,7 @@ def validate(
     code 1 if the default settings agree with the finest on less than 95 % of verdicts, if the
     median episode's strain or pull is off by more than 5 % of its limit, or if the solver is more
     than 5 % off a converged one in strain or pull, or no dressing succeeds to tell.
-    Writes summary.json, episodes.jsonl, report.md and convergence.svg.
+    Writes summary.json, episodes.jsonl, report.md, report.html and convergence.svg.
 
     For example: dressing-sim validate --json
 
@@ -51,12 +50,20 @@ def validate(
         out: folder for the results.
         json: print the summary as JSON, and nothing else, to standard output.
     """
+    from dressing_sim.benchmark.report.terminal import print_document
+    from dressing_sim.benchmark.report.write import write_report
     from dressing_sim.benchmark.run.executors import Processes
     from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.run.store import SETTINGS
-    from dressing_sim.benchmark.studies.convergence import CONVERGED, DEFAULT, FINEST, settings
+    from dressing_sim.benchmark.studies.convergence import (
+        CONVERGED,
+        DEFAULT,
+        FINEST,
+        settings,
+        write_trials,
+    )
     from dressing_sim.benchmark.studies.convergence import validate as study
-    from dressing_sim.benchmark.studies.convergence_report import validation_table, write_validation
+    from dressing_sim.benchmark.studies.convergence_document import convergence_document
     from dressing_sim.benchmark.studies.convergence_summary import compare
     from dressing_sim.suites.suites import load_suite
 
@@ -79,11 +86,14 @@ def validate(
     with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
         trials = study(arms, chosen, crew, seed, progress)
     summary = compare(trials, chosen)
-    write_validation(out, trials, summary, command_line())
+    document = convergence_document(trials, summary, command_line())
+    write_trials(out, trials)
+    write_report(out, document, summary)
     if json:
         print(json_format.dumps(summary, indent=2))
     else:
-        print_table(validation_table(summary))
-        print(f"written to {out}/: report.md, convergence.svg, summary.json, episodes.jsonl")
+        print_document(document)
+        files = "report.md, report.html, convergence.svg, summary.json, episodes.jsonl"
+        print(f"written to {out}/: {files}")
     if not summary["passed"]:
         raise SystemExit(1)

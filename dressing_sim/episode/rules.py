@@ -11,7 +11,7 @@ verdict is on what happened until then. What a robot would have torn its way thr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,7 +71,7 @@ class Rule:
         name: What a failure of it is called in files and tables.
         title: The same in words, for people.
         ends: Whether breaking it stops the robot.
-        colour: Of its failures in plots, as ``#rrggbb``.
+        colour: Of its failures in plots, as ``#rrggbb``; black is white on a dark page.
         unit: Of its margin.
         thresholds: Names of the fields of `Thresholds` that decide it.
     """
@@ -103,7 +103,7 @@ class Rule:
 class Unreachable(Rule):
     """The robot can follow the path. Broken before anything moves: a trace never breaks it."""
 
-    name, title, colour = "ik_unreachable", "out of the robot's reach", "#7f7f7f"
+    name, title, colour = "ik_unreachable", "out of the robot's reach", "#000000"
     unit = "m"
 
     def margin(self, evidence: Evidence) -> float:
@@ -120,7 +120,7 @@ class Unreachable(Rule):
 class Timeout(Rule):
     """The path ends before the time limit."""
 
-    name, title, colour = "timeout", "the time limit came first", "#bcbd22"
+    name, title, colour = "timeout", "the time limit came first", "#f0e442"
 
     def margin(self, evidence: Evidence) -> float:
         return 0.0 if evidence.finished else -1.0
@@ -135,7 +135,7 @@ class Timeout(Rule):
 class StoppedShort(Rule):
     """The gripper ends above and around the shoulder."""
 
-    name, title, colour = "stopped_short", "the gripper stopped short", "#e69f00"
+    name, title, colour = "stopped_short", "the gripper stopped short", "#56b4e9"
     unit = "m"
     thresholds = ("gripper_distance", "hold_time")
 
@@ -215,7 +215,7 @@ class RingOff(Rule):
     off. A failure is dated to when the sleeve came off for good.
     """
 
-    name, title, colour = "ring_off", "the sleeve was not on the arm", "#cc79a7"
+    name, title, colour = "ring_off", "the sleeve was not on the arm", "#0072b2"
     thresholds = ("hold_time",)
 
     def margin(self, evidence: Evidence) -> float:
@@ -242,7 +242,7 @@ class RingOff(Rule):
 class Hit(Rule):
     """The robot does not touch the mannequin."""
 
-    name, title, colour = "hit", "the robot hit the mannequin", "#000000"
+    name, title, colour = "hit", "the robot hit the mannequin", "#cc79a7"
     ends, unit = True, "N"
 
     def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
@@ -271,7 +271,7 @@ class Hit(Rule):
 class GraspLost(Rule):
     """The fingers hold the cloth."""
 
-    name, title, colour = "grasp_lost", "the cloth slipped from the fingers", "#56b4e9"
+    name, title, colour = "grasp_lost", "the cloth slipped from the fingers", "#e69f00"
     ends = True
 
     def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
@@ -321,7 +321,7 @@ class OverForce(Rule):
     The margin is the pull's, or the links' if that is smaller.
     """
 
-    name, title, colour = "over_force", "the cloth was pulled too hard", "#0072b2"
+    name, title, colour = "over_force", "the cloth was pulled too hard", "#882255"
     ends, unit = True, "N"
     thresholds = ("grip_force", "link_force", "moment")
 
@@ -486,9 +486,13 @@ def count_reasons(outcomes: Sequence[Outcome]) -> dict[str, int]:
 
     Failures of rules that are not ours come last, by name.
     """
-    found = {reason for outcome in outcomes for reason in outcome.reasons}
-    order = [name for name in REASONS if name in found] + sorted(found - set(REASONS))
+    order = in_order({reason for outcome in outcomes for reason in outcome.reasons})
     return {name: sum(name in outcome.reasons for outcome in outcomes) for name in order}
+
+
+def in_order(names: Set[str]) -> list[str]:
+    """Names of rules in the rules' order; those that are not ours come last, by name."""
+    return [name for name in REASONS if name in names] + sorted(names - set(REASONS))
 
 
 def rule_colour(name: str) -> str:

@@ -15,10 +15,10 @@ from fake_benchmark import (
     write_suite,
 )
 
-from dressing_sim.benchmark.analysis.paper_table import next_to_paper
+from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
 from dressing_sim.benchmark.run import runner
 from dressing_sim.benchmark.run.store import load_run
-from dressing_sim.benchmark.studies import cost, cost_report
+from dressing_sim.benchmark.studies import cost
 from dressing_sim.cli import main
 from dressing_sim.episode import demonstration as demonstrations
 from dressing_sim.policies.paper import left_open
@@ -270,18 +270,26 @@ def test_the_cost_protocol_records_both_cases_and_writes_its_report(capsys, tmp_
     def run_paper_cost(executor, recorded, seed, progress):
         asked.update({name: [d.posture.name for d in shown] for name, shown in recorded.items()})
         assert executor.submit(abs, -seed).result() == seed
-        return {"rows": [], "config": {"seed": seed}}
+        paper = {"cost": [1.0], "discarded": [0.0]}
+        row = {"policy": "tp-gmm-rf", "demonstrations": "case_a", "n_demonstrations": 2}
+        step = {"n": 0, "n_reached": 1}
+        for name in ("cost", "discarded", "cost_of_all"):
+            step |= {name: 1.0, f"{name}_ci95": [1.0, 1.0]}
+        row |= {"n_runs": 1, "seconds_median": 0.1, "steps": [step]}
+        return {"rows": [row], "paper": paper, "versions": {}, "config": {"seed": seed}}
 
     work = fake_work(tmp_path)
     monkeypatch.setattr(
         runner, "record_demonstrations", partial(runner.record_demonstrations, work=work)
     )
     monkeypatch.setattr(cost, "run_paper_cost", run_paper_cost)
-    monkeypatch.setattr(cost_report, "write_cost_report", lambda *given: asked.update(given=given))
     out = tmp_path / "out"
     main(["evaluate", "--protocol", "paper-cost", "--out", str(out), "--seed", "2", "--json"])
-    assert json.loads(capsys.readouterr().out) == {"rows": [], "config": {"seed": 2}}
-    assert asked.pop("given")[:2] == (out, {"rows": [], "config": {"seed": 2}})
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["config"] == {"seed": 2}
+    assert json.loads((out / "summary.json").read_text()) == summary
+    assert "| tp-gmm-rf | case_a | 2 + 0 |" in (out / "report.md").read_text()
+    assert (out / "cost.svg").is_file()
     assert asked == {
         name: [posture.name for posture in load_suite(name)] for name in ("case_a", "case_b")
     }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rule_traces import ROWS, SHOULDER, SPOILT, changed, good
 
-from dressing_sim.benchmark.report.text import counted
+from dressing_sim.benchmark.studies.success_tables import counted
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.outcome import Outcome

@@ -17,11 +17,11 @@ from dressing_sim.benchmark.analysis.hypotheses import (
     BASELINE,
     HYPOTHESES,
     NO_LESS,
+    PAPER_TABLE,
     Hypothesis,
     Rule,
     Verdict,
 )
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
 from dressing_sim.benchmark.analysis.statistics import (
     Contrast,
     Row,

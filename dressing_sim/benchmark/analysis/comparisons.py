@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +47,11 @@ def label(entry: Entry) -> str:
     shown = f" on {entry.demonstrations}" if entry.demonstrations else ""
     varied = f", {' and '.join(entry.variation)} varied" if entry.variation else ""
     return f"{entry.policy}{shown}{varied}"
+
+
+def label_of(row: Mapping[str, Any]) -> str:
+    """A row of a summary, or a side of a comparison, in words."""
+    return label(Entry(row["policy"], row["demonstrations"], tuple(row["variation"])))
 
 
 def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> list[dict[str, Any]]:

@@ -1,57 +1,50 @@
-"""``report.html``: one file with tables and figures that needs no script and no network."""
+"""``report.html``: a report as one page that needs no script, no network and no other file."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
-from itertools import groupby
-from pathlib import Path
-from typing import Any
+import base64
+import re
+from functools import cache
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+from markupsafe import Markup, escape
 
-from dressing_sim.benchmark.analysis.comparisons import label
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
-from dressing_sim.benchmark.records import EpisodeResult, Protocol
-from dressing_sim.benchmark.report import figures, text
-from dressing_sim.benchmark.report.cards import Picture, hard_postures
-from dressing_sim.benchmark.report.figures import Axis, Curve
-from dressing_sim.benchmark.report.side_by_side import side_by_side
-from dressing_sim.episode.rules import REASONS
+from dressing_sim.benchmark.report.document import Cells, Document, Picture, Plot
+from dressing_sim.benchmark.report.plots import (
+    ACCENT,
+    BLACK,
+    CONTRAST,
+    GRID,
+    INK,
+    PAPER,
+    QUIET,
+    SURFACE,
+)
 from dressing_sim.files import assets
 
-#: How the template writes numbers.
-_FILTERS: Mapping[str, Callable[[Any], str]] = {
-    "percent": text.percent,
-    "place": lambda value: f"{value:.2f}%",
-    "plain": lambda value: f"{value:.4g}",
-    "signed": lambda value: "-" if value is None else f"{value:+.3g}",
-    "fraction": lambda value: "-" if value is None else f"{value:.2f}",
-    "whole": lambda value: f"{value:.0f}",
-    "unbroken": lambda value: value.replace(" %", "\u00a0%"),
-    "p_value": lambda value: "< 0.001" if value < 0.001 else f"{value:.3f}",
+#: What a column of numbers holds: signs, digits, and dashes where there is no number.
+_NUMBER = re.compile(r"[-+·<]?\s?[\d.]*(\s|\d|$)|[-·]")
+
+#: The page's colours, dark or light, for those of a plot that are not data.
+_THEME = {
+    PAPER: "none",
+    SURFACE: "var(--paper)",
+    BLACK: "var(--black)",
+    INK: "var(--ink)",
+    QUIET: "var(--quiet)",
+    GRID: "var(--grid)",
+    ACCENT: "var(--accent)",
+    CONTRAST: "var(--print)",
 }
 
 
-def page(
-    folder: Path,
-    protocol: Protocol,
-    results: Sequence[EpisodeResult],
-    summary: Mapping[str, Any],
-    command: str,
-    picture: Picture | None = None,
-) -> str:
-    """The whole page; the same arguments give the same text.
+def html(document: Document) -> str:
+    """The whole page; the same document gives the same text."""
+    return _template().render(document=document)
 
-    Args:
-        folder: Where the run is, for the commands that replay an episode.
-        protocol: What was measured.
-        results: Its episodes, in any order.
-        summary: As from `summarise`.
-        command: What was typed to get it.
-        picture: Draws the failed episodes of the hardest postures.
-    """
-    ordered = sorted(results, key=lambda result: result.index)
+
+@cache
+def _template() -> Template:
     environment = Environment(
         loader=FileSystemLoader(assets() / "report", encoding="utf-8"),
         autoescape=True,
@@ -59,114 +52,56 @@ def page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(_FILTERS)
-    cards, pictures_missing = hard_postures(folder, ordered, picture)
-    listed, cells = text.listing(ordered)
-    return environment.get_template("report.html.jinja").render(
-        protocol=protocol,
-        summary=summary,
-        command=command,
-        headline=text.headline(protocol, summary),
-        success_rule=text.SUCCESS_RULE,
-        **_rows(protocol, ordered, summary),
-        side_by_side=side_by_side(summary),
-        **_comparisons(summary),
-        **_budget(protocol, ordered),
-        cards=cards,
-        pictures_missing=pictures_missing,
-        void=[(r, label(r.entry)) for r in ordered if r.outcome.invalid is not None],
-        listed=listed,
-        cells=cells,
-        settings=json.dumps(summary["config"], indent=2),
+    environment.filters.update(
+        inline=_inline, slug=_slug, svg=_svg, png=_png, numeric=_numeric, kind=_kind
+    )
+    return environment.get_template("report.html.jinja")
+
+
+def _kind(block: object) -> str:
+    return type(block).__name__.lower()
+
+
+def _inline(text: str) -> Markup:
+    """Text with its marks as elements, in which no number is parted from its per cent sign."""
+    found = re.sub(r"(?<=\d) %", "\u00a0%", str(escape(text)))
+    found = re.sub(r"`([^`]+)`", r"<code>\1</code>", found)
+    return Markup(re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", found))
+
+
+def _slug(title: str) -> str:
+    return re.sub(r"\W+", "-", title.lower()).strip("-")
+
+
+def _numeric(cells: Cells) -> list[bool]:
+    """Which columns hold numbers alone."""
+    body = cells[1:]
+    return [
+        column > 0 and bool(body) and all(_NUMBER.match(row[column]) for row in body)
+        for column in range(len(cells[0]))
+    ]
+
+
+def _svg(plot: Plot) -> Markup:
+    """A plot as an element of the page: told in words, in the page's colours, its names its own."""
+    size = re.search(r'viewBox="0 0 ([\d.]+) [\d.]+"', plot.svg)
+    if size is None:
+        raise ValueError(f"plot {plot.name!r}: not an SVG file of a plot")
+    inside = plot.svg[plot.svg.index(">", size.end()) + 1 :]
+    inside = re.sub(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", "", inside, flags=re.DOTALL)
+    used = set(re.findall(r'[("]#([\w.-]+)', inside))
+    inside = re.sub(
+        r' id="([^"]+)"', lambda m: f' id="{plot.name}-{m[1]}"' if m[1] in used else "", inside
+    )
+    inside = re.sub(r'(?<=[("])#(?=[\w.-]+[)"])', f"#{plot.name}-", inside)
+    for colour, name in _THEME.items():
+        inside = inside.replace(colour, name)
+    width = float(size[1])
+    return Markup(
+        f'<svg {size[0]} role="img" aria-label="{escape(plot.alt)}" '
+        f'style="min-width: {width / 16:.0f}rem; max-width: {width / 9.8:.0f}rem">{inside}'
     )
 
 
-def _rows(
-    protocol: Protocol, results: Sequence[EpisodeResult], summary: Mapping[str, Any]
-) -> dict[str, Any]:
-    """A line for each row of the table with what its figures show, and their axes."""
-    bends = figures.elbow_axis(results)
-    failures = figures.first_failures(protocol, results)
-    curves = figures.elbow_curves(protocol, results, bends)
-    lines = []
-    for entry, row, failed, curve in zip(
-        protocol.entries, summary["rows"], failures, curves, strict=True
-    ):
-        name = label(entry)
-        printed = PAPER_TABLE.get((entry.policy, entry.demonstrations or ""))
-        printed = None if entry.variation else printed
-        sets = [one["pc_success"] for one in row.get("sets", ())]
-        lines.append(
-            {
-                "name": name,
-                "row": row,
-                "printed": printed,
-                "sets": [rate for rate in sets if rate is not None],
-                "interval": text.interval(row),
-                "rate_alt": _rate_alt(name, row, printed),
-                "segments": failed.segments,
-                "failure_alt": f"{name}: first {text.counted(failed.counts) or 'no failure'}",
-                "elbow": curve,
-                "elbow_alt": _curve_alt(name, curve, "degrees"),
-            }
-        )
-    return {
-        "lines": lines,
-        "rates": Axis(0.0, 100.0, (0.0, 25.0, 50.0, 75.0, 100.0)),
-        "bends": bends,
-        "shares": figures.share_axis(max((f.percentage for f in failures), default=0.0)),
-        "reasons": [r for r in REASONS if any(r in row["failures"] for row in summary["rows"])],
-        "first_reasons": {reason for f in failures for reason in f.counts},
-        "colours": {reason: place for place, reason in enumerate(REASONS)},
-    }
-
-
-def _comparisons(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Pairs of rows by the kind of their comparison, and the axis of their differences."""
-    pairs = summary["comparisons"]
-    bounds = [bound for pair in pairs for bound in pair["pc_difference_ci95"]]
-    kinds = []
-    for kind, group in groupby(pairs, key=lambda pair: pair["kind"]):
-        lines = [
-            {
-                "first": text.pair_label(pair["a"]),
-                "second": text.pair_label(pair["b"]),
-                "numbers": pair,
-                "alt": _pair_alt(pair),
-            }
-            for pair in group
-        ]
-        kinds.append((text.COMPARISONS.get(kind, kind), lines))
-    return {"kinds": kinds, "differences": figures.symmetric_axis(bounds)}
-
-
-def _budget(protocol: Protocol, results: Sequence[EpisodeResult]) -> dict[str, Any]:
-    """Curves over the number of demonstrations with their names, and their common axis."""
-    curves = figures.budget_curves(protocol, results)
-    panels = []
-    for curve in curves:
-        suite = (curve.entry.demonstrations or "").rpartition(":")[0]
-        name = f"{curve.entry.policy} on the first of {suite}"
-        panels.append((name, curve, _curve_alt(name, curve, "demonstrations")))
-    return {"budget": panels, "numbers": figures.number_axis(curves)}
-
-
-def _rate_alt(name: str, row: Mapping[str, Any], printed: tuple[int, int] | None) -> str:
-    low, high = text.interval(row)
-    paper = f"; the paper's {printed[0]} of {printed[1]}" if printed else ""
-    return (
-        f"{name}: {row['n_success']} of {row['n_episodes']} dressed, "
-        f"{text.percent(row['pc_success'])}, interval {low:.0f} to {high:.0f} %{paper}"
-    )
-
-
-def _pair_alt(pair: Mapping[str, Any]) -> str:
-    low, high = pair["pc_difference_ci95"]
-    difference = _FILTERS["signed"](pair["pc_difference"])
-    names = f"{text.pair_label(pair['a'])} less {text.pair_label(pair['b'])}"
-    return f"{names}: {difference} percentage points, interval {low:+.0f} to {high:+.0f}"
-
-
-def _curve_alt(name: str, curve: Curve, unit: str) -> str:
-    rates = [f"{p.successes} of {p.trials} at {p.x:.3g} {unit}" for p in curve.points]
-    return f"{name}: dressed {', '.join(rates) or 'none, as there are no episodes'}"
+def _png(picture: Picture) -> str:
+    return f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"

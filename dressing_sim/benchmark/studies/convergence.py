@@ -7,9 +7,11 @@ settings that change the solver alone with those of a solver that has converged.
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import DEFAULT_PATH_DT, follow
 from dressing_sim.episode.rules import Outcome
+from dressing_sim.files import write_text
 from dressing_sim.world.scene import grip_start
 
 #: Settings that all others are compared with, those that every episode has otherwise, and those
@@ -191,3 +194,20 @@ def validate(
         for kind in PATHS
         for posture in postures
     ]
+
+
+def write_trials(folder: Path, trials: Sequence[Trial]) -> None:
+    """Write ``episodes.jsonl``, a line a trial."""
+    lines = (
+        json.dumps(
+            {
+                "setting": t.setting,
+                "path": t.path,
+                "posture": t.posture,
+                **t.outcome.to_dict(),
+                "seconds": t.seconds,
+            }
+        )
+        for t in trials
+    )
+    write_text(folder / "episodes.jsonl", "".join(line + "\n" for line in lines))

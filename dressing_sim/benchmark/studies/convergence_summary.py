@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dressing_sim.benchmark.report.text import verdict
+from dressing_sim.benchmark.analysis.failures import verdict
 from dressing_sim.benchmark.studies.convergence import CONVERGED, DEFAULT, FINEST, Setting, Trial
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rules import Outcome, Thresholds

@@ -16,7 +16,7 @@ import numpy as np
 import tyro
 
 from dressing_sim.arm import UP, Posture, Vector
-from dressing_sim.benchmark.report import markdown_table
+from dressing_sim.benchmark.report.markdown import markdown_table
 from dressing_sim.episode.operator import Operator, OperatorConfig
 from dressing_sim.learning import SyntheticDemonstration
 from dressing_sim.path import checked_path

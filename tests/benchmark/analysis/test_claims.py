@@ -6,8 +6,14 @@ import pytest
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons
-from dressing_sim.benchmark.analysis.hypotheses import ALIKE, HYPOTHESES, MORE, NO_LESS, NOT_MORE
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
+from dressing_sim.benchmark.analysis.hypotheses import (
+    ALIKE,
+    HYPOTHESES,
+    MORE,
+    NO_LESS,
+    NOT_MORE,
+    PAPER_TABLE,
+)
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.episode.rules import Failure, Outcome
 

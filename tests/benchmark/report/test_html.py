@@ -1,348 +1,148 @@
-import base64
 import re
-from dataclasses import replace
-from html.parser import HTMLParser
-from itertools import combinations
 from pathlib import Path
 
-import numpy as np
 import pytest
-from fake_results import (
-    BUDGET,
-    EXPERT,
-    FULL,
-    HIT,
-    METRICS,
-    ROBUST,
-    SMALL,
-    STUCK,
-    SUCCESS,
-    VOID,
-    arm,
-    random_results,
-    results_of,
-)
+from fake_pages import Parsed
 
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
-from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.report import summarise
-from dressing_sim.benchmark.report.figures import hardest
-from dressing_sim.benchmark.report.html import page
-from dressing_sim.benchmark.report.text import pair_label
-from dressing_sim.episode.rules import REASONS, Failure, Outcome
-from dressing_sim.errors import DressingSimError
+from dressing_sim.benchmark.report import plots
+from dressing_sim.benchmark.report.document import (
+    Cards,
+    Code,
+    Document,
+    Items,
+    Paragraph,
+    Picture,
+    Plot,
+    Section,
+    Table,
+)
+from dressing_sim.benchmark.report.html import html
 from dressing_sim.files import assets
 
-VOID_ELEMENTS = {"meta", "img", "br", "link", "input", "hr"}
-COMMAND = "dressing-sim evaluate --protocol full"
+EVIL = '"><script>alert(1)</script><img src=x onerror="alert(1)">'
+CELLS = [["what", "rate", "words"], ["a | b", "20 %", "`code` and **strong**"], ["c", "-", "3"]]
 
 
-class Parsed(HTMLParser):
-    """Elements in order, their attributes, and the text in each; fails on a wrong end tag."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.elements, self._open = [], []
-        self.feed(html)
-        self.close()
-        assert not self._open, f"not closed: {[e['tag'] for e in self._open]}"
-
-    def handle_starttag(self, tag, attributes):
-        element = {"tag": tag, "text": "", **dict(attributes)}
-        self.elements.append(element)
-        if tag not in VOID_ELEMENTS:
-            self._open.append(element)
-
-    def handle_startendtag(self, tag, attributes):
-        self.elements.append({"tag": tag, "text": "", **dict(attributes)})
-
-    def handle_endtag(self, tag):
-        assert self._open, f"</{tag}> closes nothing"
-        assert self._open[-1]["tag"] == tag, f"</{tag}> closes {self._open[-1]['tag']}"
-        self._open.pop()
-        if tag in ("td", "th", "p"):
-            self.handle_data(" ")
-
-    def handle_data(self, data):
-        for element in self._open:
-            element["text"] += data
-
-    def all(self, tag, **attributes):
-        return [
-            e
-            for e in self.elements
-            if e["tag"] == tag and all(e.get(k) == v for k, v in attributes.items())
-        ]
-
-    def words(self, tag, **attributes):
-        return [" ".join(e["text"].split()) for e in self.all(tag, **attributes)]
+def svg(label="a row"):
+    return plots.intervals([plots.Interval(label, 1.0, 2.0, 3.0)], "x", (0.0, 4.0))
 
 
-#: What the eye sees of linear RGB without one kind of cones (Machado et al. 2009), and with all.
-VISIONS = {
-    "all": np.eye(3),
-    "protanopes": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
-    "deuteranopes": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
-    "tritanopes": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
-}
+def everything(text="words"):
+    """A document with every kind of block, and this text wherever there can be one."""
+    return Document(
+        text,
+        text,
+        (Paragraph(text), Table(CELLS, text)),
+        (
+            Section(text, (Code(text, "json"), Items((text, "two")))),
+            Section("Plots", (Plot("one", svg(text), text, text), Plot("two", svg(), text))),
+            Section(
+                "Cards",
+                (Cards((Section(text, (Picture("p", b"png", text), Paragraph(text))),)),),
+                folded=True,
+            ),
+        ),
+    )
 
 
-def perceived(colour, vision):
-    """A colour #rrggbb in Oklab (Ottosson 2020), where 0.02 is just noticed."""
-    encoded = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-    linear = np.where(encoded < 0.04, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    cones = [[0.4122, 0.5363, 0.0514], [0.2119, 0.6807, 0.1074], [0.0883, 0.2817, 0.6300]]
-    lab = [[0.2105, 0.7936, -0.0041], [1.9780, -2.4286, 0.4506], [0.0259, 0.7828, -0.8087]]
-    return np.array(lab) @ np.cbrt(np.array(cones) @ np.clip(np.array(vision) @ linear, 0, 1))
-
-
-def render(protocol, results, picture=None):
-    summary = summarise(protocol, results, {"seed": 3})
-    html = page(Path("results/run"), protocol, results, summary, COMMAND, picture)
-    return html, Parsed(html), summary
-
-
-@pytest.fixture(scope="module")
-def full():
-    return render(FULL, random_results(FULL, 50))
-
-
-@pytest.fixture(scope="module", params=[BUDGET, ROBUST], ids=lambda p: p.name)
-def some_page(request):
-    return render(request.param, random_results(request.param, 12))
-
-
-def test_the_page_stands_alone(some_page):
-    html, parsed, _ = some_page
-    assert html.startswith("<!doctype html>")
+def test_the_page_stands_alone():
+    text = html(everything())
+    parsed = Parsed(text)
+    assert text.startswith("<!doctype html>")
     assert not {e["tag"] for e in parsed.elements} & {"script", "link", "iframe", "object", "base"}
     for element in parsed.elements:
-        assert not any(name.startswith("on") for name in element)
         for name in ("src", "href", "srcset", "data", "poster"):
             assert element.get(name, "data:").startswith(("data:", "#"))
-    assert "@import" not in html
-    assert not re.findall(r"url\((?!['\"]?data:)", html)
+    assert "@import" not in text
+    assert not re.findall(r"url\((?!['\"]?(data:|#))", text)
     (policy,) = [e for e in parsed.all("meta") if "content-security-policy" in str(e).lower()]
     assert policy["content"].startswith("default-src 'none'")
+    assert parsed.all("html", lang="en")
 
 
-def test_every_picture_is_told_in_words_too(some_page):
-    _, parsed, _ = some_page
-    figures = parsed.all("svg")
-    assert figures
-    assert all(e.get("aria-label") or e.get("aria-hidden") == "true" for e in figures)
-
-
-def test_places_in_figures_are_within_them(some_page):
-    html, _, _ = some_page
-    places = [float(p) for p in re.findall(r' (?:x|x1|x2|cx)="(-?[\d.]+)%"', html)]
-    assert len(places) > 100
-    assert min(places) >= 0.0
-    assert max(places) <= 100.0
-
-
-def test_the_table_has_every_row_with_the_numbers_of_the_summary(full):
-    _, parsed, summary = full
-    lines = parsed.words("tr")
-    for row in summary["rows"]:
-        shown = f" shown {row['demonstrations']}" if row["demonstrations"] else ""
-        void = f" ({row['n_void']} void)" if row["n_void"] else ""
-        printed = PAPER_TABLE.get((row["policy"], row["demonstrations"] or ""))
-        paper = f" {printed[0]} / {printed[1]}" if printed else ""
-        rate = f"{row['pc_success']:.3g} %"
-        told = (
-            f"{row['policy']}{shown} {row['n_success']} / {row['n_episodes']}{void} {rate}{paper}"
-        )
-        assert told in lines
-
-
-def test_intervals_are_drawn_where_the_summary_has_them(full):
-    html, _, summary = full
-    for row in summary["rows"]:
-        low, high = row.get("pc_success_ci95_sets", row["pc_success_ci95"])
-        assert f'x="{low:.2f}%" width="{high - low:.2f}%" y="7"' in html
-        assert f'class="median" x1="{row["pc_success"]:.2f}%"' in html
-    assert html.count('class="printed"') == len(PAPER_TABLE)
-    assert 'class="printed" cx="80.00%"' in html
-
-
-def test_every_reason_is_counted_as_in_the_summary(full):
-    _, parsed, summary = full
-    reasons = [r for r in REASONS if any(r in row["failures"] for row in summary["rows"])]
-    assert f"policy {' '.join(reasons)}" in parsed.words("thead")
-    row = summary["rows"][1]
-    counts = " ".join(str(row["failures"].get(reason, "·")) for reason in reasons)
-    assert f"tp-gmm on case_a {counts}" in parsed.words("tr")
-
-
-def test_claims_and_comparisons_are_those_of_the_summary(full):
-    _, parsed, summary = full
-    assert parsed.words("div", **{"class": "verdict confirmed"}) == [
-        c["verdict"] for c in summary["claims"] if c["verdict"] == "confirmed"
-    ]
-    text = " ".join(" ".join(e["text"].split()) for e in parsed.all("main"))
-    for claim in summary["claims"]:
-        assert claim["statement"] in text
-        assert claim["detail"] in text.replace("\u00a0", " ")
-    lines = parsed.words("tr")
-    assert summary["comparisons"]
-    for pair in summary["comparisons"]:
-        a, b = (pair_label(pair[side]) for side in "ab")
-        (line,) = [line for line in lines if line.startswith(f"{a} less {b} ")]
-        assert f" {pair['n_only_a']} / {pair['n_only_b']} " in line
-        assert line.endswith(f" {pair['pc_difference']:+.3g}")
-
-
-def test_sets_settings_versions_and_the_command_are_there(full):
-    _, parsed, summary = full
-    assert COMMAND in parsed.words("code")
-    assert any('"seed": 3' in text for text in parsed.words("code"))
-    terms = dict(zip(parsed.words("dt"), parsed.words("dd"), strict=True))
-    assert terms == {"seed": "3", **summary["versions"]}
-    sets = " ".join(f"{s['n_success']} / {s['n_episodes']}" for s in summary["rows"][1]["sets"])
-    assert f"tp-gmm on case_a {sets}" in parsed.words("tr")
-
-
-def test_the_same_results_in_any_order_give_the_same_bytes():
-    results = random_results(ROBUST, 20)
-    first = render(ROBUST, results)[0]
-    assert render(ROBUST, results[::-1])[0] == first
-
-
-def test_names_are_text_and_never_markup():
-    evil = "<script>alert(1)</script>"
-    entry = Entry(f"mine:{evil}", f'"><img src=x onerror="{evil}">')
-    protocol = Protocol(f"<b>{evil}", "'>&amp;<", (entry,))
-    results = [
-        replace(result, posture=arm(f'{evil}" onload="x'))
-        for result in results_of(protocol, [[HIT]])
-    ]
-    summary = summarise(protocol, results, {"note": f"</code>{evil}"})
-    html = page(Path(evil), protocol, results, summary, evil, lambda result: b"png")
-    parsed = Parsed(html)
+def test_text_is_never_markup():
+    parsed = Parsed(html(everything(EVIL)))
     assert not parsed.all("script")
-    assert not parsed.all("b")
     assert len(parsed.all("img")) == 1
     assert not any(name.startswith("on") for e in parsed.elements for name in e)
-    assert parsed.words("h1") == [f"Protocol <b>{evil} on suite '>&amp;<"]
-    assert entry.policy in " ".join(parsed.words("th"))
+    assert parsed.words("h1") == [EVIL]
+    assert parsed.words("title") == [EVIL]
+    assert EVIL in parsed.words("li")
 
 
-@pytest.mark.parametrize(
-    "outcomes",
-    [[SUCCESS, SUCCESS], [HIT, STUCK], [VOID, VOID], [VOID, SUCCESS]],
-    ids=["all dressed", "none dressed", "all void", "one void"],
-)
-def test_one_row_is_a_page_whatever_became_of_it(outcomes):
-    protocol = Protocol("p", "s", (Entry("tp-gmm", "case_a"),))
-    _, parsed, summary = render(protocol, results_of(protocol, [outcomes]))
-    (row,) = summary["rows"]
-    rate = "-" if row["pc_success"] is None else f"{row['pc_success']:.3g} %"
-    assert any(
-        line.startswith("tp-gmm shown case_a") and rate in line for line in parsed.words("tr")
-    )
-    assert len(parsed.all("section", id="hardest")) == (HIT in outcomes)
-    assert not parsed.all("section", id="comparisons")
-    why = [line for line in parsed.words("td") if line == VOID.invalid]
-    assert len(why) == outcomes.count(VOID)
+def test_every_picture_is_told_in_words_too():
+    parsed = Parsed(html(everything("what is seen")))
+    drawn = [*parsed.all("svg"), *parsed.all("img")]
+    assert [e.get("aria-label") or e.get("alt") for e in drawn] == ["what is seen"] * 3
+    assert all(e["role"] == "img" for e in parsed.all("svg"))
 
 
-def test_a_run_without_an_episode_is_a_page():
-    html, parsed, _ = render(SMALL, [])
-    assert "No episode could be judged." in html
-    assert len(parsed.all("tr")) > len(SMALL.entries)
+def test_marks_are_elements_and_numbers_keep_their_per_cent_sign():
+    text = html(everything())
+    assert "<code>code</code> and <strong>strong</strong>" in text
+    assert "20\u00a0%" in text
 
 
-def test_a_budget_is_drawn_and_only_there():
-    assert render(BUDGET, random_results(BUDGET, 8))[1].all("section", id="budget")
-    assert not render(ROBUST, random_results(ROBUST, 8))[1].all("section", id="budget")
+def test_tables_say_what_rows_and_columns_are_about_and_can_be_scrolled_by_keyboard():
+    parsed = Parsed(html(everything("told")))
+    assert parsed.words("th", scope="col") == CELLS[0]
+    assert parsed.words("th", scope="row") == ["a | b", "c"]
+    assert parsed.words("caption") == ["told"]
+    regions = parsed.all("div", role="region")
+    assert len(regions) == 3  # a table and two plots
+    assert all(e["tabindex"] == "0" and e["aria-label"] for e in regions)
 
 
-def test_a_varied_row_says_so_and_is_not_held_against_the_paper():
-    _, parsed, _ = render(ROBUST, random_results(ROBUST, 8))
-    (table,) = [t for t in parsed.words("table") if "arms dressed [%]" in t]
-    assert "tp-gmm shown case_a friction varied" in table
-    assert "tp-gmm shown case_a arm, grasp varied" in table
-    assert len(parsed.all("circle", **{"class": "printed"})) == 1
+def test_columns_of_numbers_are_aligned_and_those_of_words_are_not():
+    parsed = Parsed(html(everything()))
+    assert parsed.words("td", **{"class": "num"}) == ["20\u00a0%".replace("\u00a0", " "), "-"]
 
 
-def test_the_hardest_postures_are_pictured_with_what_replays_them(full):
-    results = random_results(FULL, 50)
-    asked = []
-
-    def picture(result):
-        asked.append(result)
-        return f"png {result.index}".encode()
-
-    parsed = Parsed(page(Path("results/run"), FULL, results, full[2], COMMAND, picture))
-    found = hardest(results)
-    assert asked == [hard.pictured for hard in found]
-    assert len(asked) == 6
-    images = parsed.all("img")
-    sources = [base64.b64decode(e["src"].removeprefix("data:image/png;base64,")) for e in images]
-    assert sources == [f"png {result.index}".encode() for result in asked]
-    for image, result in zip(images, asked, strict=True):
-        assert result.posture.name in image["alt"]
-        assert f"dressing-sim replay results/run {result.index} --video film.mp4" in parsed.words(
-            "code"
-        )
+def test_no_two_elements_have_one_name_and_each_that_is_referred_to_is_there():
+    text = html(everything())
+    names = re.findall(r' id="([^"]+)"', text)
+    assert len(set(names)) == len(names)
+    used = set(re.findall(r'(?:url\(|xlink:href=")#([^)"]+)', text))
+    assert used
+    assert used <= set(names)
 
 
-def test_without_opengl_the_page_says_so():
-    def fails(result):
-        raise DressingSimError("no offscreen OpenGL works here: install EGL")
-
-    html, parsed, _ = render(SMALL, results_of(SMALL, [[SUCCESS], [HIT], [HIT]]), fails)
-    assert "pictures left out: no offscreen OpenGL works here" in html
-    assert not parsed.all("img")
-    assert parsed.all("section", id="hardest")
-
-
-def test_a_picture_that_cannot_be_had_leaves_the_others():
-    results = results_of(SMALL, [[SUCCESS] * 2, [HIT, HIT], [HIT, SUCCESS]])
-    html, parsed, _ = render(SMALL, results, lambda r: b"png" if r.posture.name == "arm1" else None)
-    assert len(parsed.all("img")) == 1
-    assert "no picture" in html
-    assert "pictures left out" not in html
-
-
-def test_the_style_knows_every_class_of_the_figures():
-    style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
-    for place in range(len(REASONS)):
-        assert f".reason-{place} {{" in style
-    used = re.findall(
-        r'class="([\w -]+)"', (assets() / "report" / "plots.jinja").read_text(encoding="utf-8")
-    )
-    for name in {name for names in used for name in names.split()}:
-        assert name == "reason-" or f".{name}" in style or name == "interval", name
-
-
-def test_every_reason_has_a_colour_of_its_own():
-    outcomes = [Outcome(False, (Failure(reason, "why", 1.0),), METRICS) for reason in REASONS]
-    _, parsed, _ = render(SMALL, results_of(SMALL, [outcomes] * len(SMALL.entries)))
-    classes = [e["class"] for e in parsed.all("i") if e.get("class", "").startswith("reason-")]
-    bars = [e["class"] for e in parsed.all("rect") if e.get("class", "").startswith("reason-")]
-    assert len(set(classes)) == len(classes) == len(REASONS)
-    assert bars == classes * len(SMALL.entries)
-
-
-@pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("seen_by", VISIONS)
-def test_colours_of_reasons_and_the_page_are_told_apart_by_everybody(seen_by, theme):
+def test_plots_have_the_colours_of_the_page():
+    text = html(everything())
+    drawn = text[text.index("<svg") :]
+    for colour in (plots.PAPER, plots.INK, plots.QUIET, plots.GRID, plots.ACCENT):
+        assert colour not in drawn
     style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
     light, dark = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
-    variables = dict(re.findall(r"(--[\w-]+): (#\w+);", light + (dark if theme == "dark" else "")))
-    colours = [variables["--paper"]]
-    for place in range(len(REASONS)):
-        found = re.search(rf"\.reason-{place} {{ fill: (.+?); background: (.+?); }}", style)
-        assert found[1] == found[2]
-        colours.append(variables.get(found[1].removeprefix("var(").rstrip(")"), found[1]))
-    seen = [perceived(colour, VISIONS[seen_by]) for colour in colours]
-    for a, b in combinations(range(len(seen)), 2):
-        assert np.linalg.norm(seen[a] - seen[b]) > 0.07, (colours[a], colours[b])
+    for name in set(re.findall(r"var\((--\w+)\)", drawn)):
+        assert f"{name}:" in light
+        assert f"{name}:" in dark
 
 
-def test_the_expert_is_drawn_apart(full):
-    html, _, _ = full
-    # Once in the table of rates, once over the elbow's bend.
-    assert html.count('<g class="expert">') == 2 * sum(e == EXPERT for e in FULL.entries)
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
+def test_text_can_be_read_on_the_page(theme):
+    style = (assets() / "report" / "report.css").read_text(encoding="utf-8")
+    colours = dict(
+        re.findall(r"(--\w+): (#\w+);", re.findall(r":root \{(.*?)\}", style, re.DOTALL)[theme])
+    )
+    for front in ("--ink", "--quiet"):
+        for back in ("--paper", "--wash"):
+            pair = sorted((luminance(colours[front]), luminance(colours[back])))
+            assert (pair[1] + 0.05) / (pair[0] + 0.05) >= 4.5
+
+
+def test_the_same_document_gives_the_same_bytes():
+    assert html(everything()) == html(everything())
+
+
+def test_the_style_and_the_template_are_in_the_package():
+    assert sorted(p.name for p in Path(assets() / "report").iterdir()) == [
+        "report.css",
+        "report.html.jinja",
+    ]

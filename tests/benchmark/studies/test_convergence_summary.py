@@ -4,6 +4,8 @@ from dataclasses import replace
 import pytest
 from fake_trials import CHOSEN, NAMES, STUCK, outcome, row, trials
 
+from dressing_sim.benchmark.report.markdown import markdown
+from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.studies.convergence import (
     CONVERGED,
     DEFAULT,
@@ -11,12 +13,13 @@ from dressing_sim.benchmark.studies.convergence import (
     PATHS,
     Trial,
     settings,
+    write_trials,
 )
-from dressing_sim.benchmark.studies.convergence_report import (
-    convergence_figure,
-    validation_markdown,
+from dressing_sim.benchmark.studies.convergence_document import (
+    convergence_document,
+    convergence_plot,
+    headline,
     validation_table,
-    write_validation,
 )
 from dressing_sim.benchmark.studies.convergence_summary import compare
 from dressing_sim.episode.rules import Failure, Outcome
@@ -69,7 +72,7 @@ def test_figures_may_differ_by_a_twentieth_of_their_limits(strain, error):
     assert summary["figure_error"] == pytest.approx(error)
     assert row(summary, "coarse mesh")["figure_error"] == 0.0
     assert summary["passed"] == (error < 0.05)
-    text = validation_markdown(summary, "")
+    text = headline(summary)
     assert f"by up to {100 * error:.1f} % of their limits, 5 % are allowed" in text
 
 
@@ -98,7 +101,7 @@ def test_the_solver_s_error_is_that_of_nine_of_ten_dressings(error, passed):
     assert row(summary, FINEST)["solver_error"] is None
     assert row(summary, "half step")["solver_error"] is None
     assert summary["passed"] == passed
-    text = validation_markdown(summary, "")
+    text = headline(summary)
     assert f"{100 * error:.1f} % off a converged one, 5 % are allowed" in text
 
 
@@ -109,13 +112,14 @@ def test_without_a_dressing_that_succeeds_the_solver_is_not_judged_and_nothing_p
     assert {row["solver_error"] for row in summary["rows"]} == {None}
     assert summary["solver_error"] is None
     assert not summary["passed"]
-    assert "could not be judged" in validation_markdown(summary, "")
+    assert "could not be judged" in headline(summary)
 
 
 def test_the_report_says_what_the_summary_says(tmp_path):
     made = trials(default={3: outcome(STUCK, strain=0.4)})
     summary = compare(made, CHOSEN)
-    write_validation(tmp_path, made, summary, "the command")
+    write_trials(tmp_path, made)
+    write_report(tmp_path, convergence_document(made, summary, "the command"), summary)
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
     assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == len(made)
     text = (tmp_path / "report.md").read_text()
@@ -123,14 +127,14 @@ def test_the_report_says_what_the_summary_says(tmp_path):
     assert "36 / 40 (90 %)" in text
     assert text.count("| default | straight | p3 | stuck | success | 0.40 against 0.10 |") == 1
     assert [line[0] for line in validation_table(summary)[1:]] == [s.name for s in CHOSEN]
-    assert "None." in validation_markdown(compare(trials(), CHOSEN), "")
+    assert "None." in markdown(convergence_document(trials(), compare(trials(), CHOSEN), ""))
 
 
 def test_the_picture_is_the_same_each_time():
     made = trials()
-    picture = convergence_figure(made)
+    picture = convergence_plot(made).svg
     assert picture.startswith("<?xml")
-    assert picture == convergence_figure(made)
+    assert picture == convergence_plot(made).svg
 
 
 def test_settings_under_which_all_is_void_have_no_figures_and_make_valid_json(tmp_path):
@@ -139,7 +143,7 @@ def test_settings_under_which_all_is_void_have_no_figures_and_make_valid_json(tm
     summary = compare(made, CHOSEN)
     assert row(summary, "coarse mesh")["difference_strain"] is None
     assert row(summary, "coarse mesh")["figure_error"] is None
-    write_validation(tmp_path, made, summary, "")
+    write_report(tmp_path, convergence_document(made, summary, ""), summary)
 
     def refuse(constant):
         pytest.fail(f"{constant} is no JSON")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fake_benchmark import Threads
 
+from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.run.executors import Processes
 from dressing_sim.benchmark.studies import cost
 from dressing_sim.benchmark.studies.cost import (
@@ -16,7 +17,7 @@ from dressing_sim.benchmark.studies.cost import (
     run_seed,
     summarise_runs,
 )
-from dressing_sim.benchmark.studies.cost_report import cost_figure, cost_table, write_cost_report
+from dressing_sim.benchmark.studies.cost_document import cost_document, cost_plot, cost_table
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.operator import Operator
 from dressing_sim.learning import AugmentOptions
@@ -156,7 +157,8 @@ def test_the_paper_has_a_number_for_each_step():
 
 
 def test_the_report_is_written_whole(summary, tmp_path):
-    write_cost_report(tmp_path / "out", summary, "dressing-sim evaluate --protocol <cost>")
+    document = cost_document(summary, "dressing-sim evaluate --protocol <cost>")
+    write_report(tmp_path / "out", document, summary)
     files = {path.name: path.read_text() for path in (tmp_path / "out").iterdir()}
     assert set(files) == {"summary.json", "report.md", "report.html", "cost.svg"}
     assert json.loads(files["summary.json"]) == summary
@@ -170,8 +172,8 @@ def test_the_report_is_written_whole(summary, tmp_path):
     assert "src=" not in files["report.html"]
 
 
-def test_the_figure_is_the_same_each_time(summary):
-    assert cost_figure(summary) == cost_figure(summary)
+def test_the_plot_is_the_same_each_time(summary):
+    assert cost_plot(summary) == cost_plot(summary)
 
 
 def test_a_step_that_no_run_reached_has_no_number_in_the_table(summary):

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE
+from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.studies.success import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError

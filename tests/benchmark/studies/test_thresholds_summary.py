@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.statistics import wilson_interval
 from dressing_sim.benchmark.records import Entry, EpisodeResult
-from dressing_sim.benchmark.report.text import pair_label
+from dressing_sim.benchmark.report.plots import STYLES
+from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.run import runner
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.runner import Work
@@ -18,12 +20,12 @@ from dressing_sim.benchmark.studies.thresholds import (
     dress_job,
     verdict_name,
 )
-from dressing_sim.benchmark.studies.thresholds_plot import STYLES, sensitivity_figure
-from dressing_sim.benchmark.studies.thresholds_report import (
+from dressing_sim.benchmark.studies.thresholds_document import (
     headline,
+    sensitivity_plot,
     sensitivity_table,
+    thresholds_document,
     turned_table,
-    write_sensitivity_report,
 )
 from dressing_sim.benchmark.studies.thresholds_summary import summarise
 from dressing_sim.cli import main
@@ -145,7 +147,7 @@ def test_rows_without_a_valid_episode_have_no_rate(tmp_path):
     row = summary["thresholds"][0]["rows"][1]
     assert row["n_episodes"] == 0
     assert row["pc_success"] == [None] * len(FACTORS)
-    write_sensitivity_report(tmp_path, summary, "dressing-sim thresholds")
+    write_report(tmp_path, thresholds_document(summary, "dressing-sim thresholds"), summary)
     assert "- / - / -" in (tmp_path / "report.md").read_text()
 
 
@@ -180,11 +182,11 @@ def test_a_ranking_that_turns_by_little_is_told_as_such():
     assert {line[0]: line[-1] for line in lines}["moment"] == "no"
 
 
-def test_the_same_summary_makes_the_same_figure():
+def test_the_same_summary_makes_the_same_plot():
     summary = summary_of(turning(1.1, 15))
-    first = sensitivity_figure(summary)
-    assert first == sensitivity_figure(summary)
-    assert first != sensitivity_figure(summary_of(turning(1.2, 15)))
+    first = sensitivity_plot(summary).svg
+    assert first == sensitivity_plot(summary).svg
+    assert first != sensitivity_plot(summary_of(turning(1.2, 15))).svg
     width = re.search(r'<svg[^>]* width="([0-9.]+)pt"', first)
     assert float(width[1]) == pytest.approx(270.0)  # 360 pixels
 
@@ -192,13 +194,15 @@ def test_the_same_summary_makes_the_same_figure():
 def test_more_rows_than_styles_are_drawn():
     entries = tuple(Entry(f"policy{i}", "case_a") for i in range(len(STYLES) + 1))
     protocol = replace(PAIR, entries=entries)
-    assert "<svg" in sensitivity_figure(summary_of(lambda *_: 20, protocol=protocol))
+    assert "<svg" in sensitivity_plot(summary_of(lambda *_: 20, protocol=protocol)).svg
 
 
 def test_the_report_is_written_whole(tmp_path):
     summary = summary_of(turning(1.1, 15))
-    write_sensitivity_report(tmp_path, summary, "dressing-sim thresholds --seed 0")
+    document = thresholds_document(summary, "dressing-sim thresholds --seed 0")
+    write_report(tmp_path, document, summary)
     assert {file.name for file in tmp_path.iterdir()} == {
+        "report.html",
         "report.md",
         "summary.json",
         "thresholds.svg",
@@ -208,7 +212,7 @@ def test_the_report_is_written_whole(tmp_path):
     for part in ("dressing-sim thresholds --seed 0", "thresholds.svg", *NAMES):
         assert part in text
     for row in summary["thresholds"][0]["rows"]:
-        assert pair_label(row) in text
+        assert label_of(row) in text
 
 
 @pytest.fixture
@@ -236,7 +240,7 @@ def test_the_command_measures_the_study_beyond_protective_stops(ran, tmp_path, c
     assert plan.config == EpisodeConfig(protective_stop=False)
     assert plan.seed == summary["config"]["seed"] == 3
     assert work == Work(dress=dress_job)
-    assert [pair_label(row) for row in summary["thresholds"][0]["rows"]] == [
+    assert [label_of(row) for row in summary["thresholds"][0]["rows"]] == [
         "expert",
         "tp-gmm on case_a",
         "tp-gmm-rf on case_a",

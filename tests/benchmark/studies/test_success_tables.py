@@ -1,23 +1,37 @@
 import json
 import re
-import runpy
 from dataclasses import replace
-from itertools import chain
-from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_results import FULL, HIT, ROBUST, SMALL, SUCCESS, VOID, random_results, results_of
+from fake_results import (
+    EXPERT,
+    FULL,
+    HIT,
+    ROBUST,
+    SMALL,
+    STUCK,
+    SUCCESS,
+    UNREACHABLE,
+    VOID,
+    random_results,
+    results_of,
+)
 
 from dressing_sim.benchmark.analysis.comparisons import rows_by_entry
-from dressing_sim.benchmark.analysis.statistics import contrast
+from dressing_sim.benchmark.analysis.statistics import contrast, rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.report import markdown_table, summarise
-from dressing_sim.benchmark.report.html import page
-from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.benchmark.report.side_by_side import settings_table, side_by_side, variation_table
+from dressing_sim.benchmark.studies.success_summary import summarise
+from dressing_sim.benchmark.studies.success_tables import (
+    listing,
+    pairs_table,
+    sets_table,
+    settings_table,
+    table,
+    variation_table,
+    void_table,
+)
 
-ROOT = Path(__file__).resolve().parents[3]
 FLOOR, RADIUS = "position_floor=1e-3&relative_floor=true", "end_radius=0"
 COLUMNS = {
     "tp-gmm-rf, case_b": Entry("tp-gmm-rf", "case_b"),
@@ -135,7 +149,6 @@ def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
 def test_without_changes_there_is_no_table():
     summary = summarise(FULL, random_results(FULL, 10), {})
     assert settings_table(summary) == variation_table(summary) == []
-    assert side_by_side(summary) == []
 
 
 def test_rows_under_variation_stand_below_the_nominal_world():
@@ -158,32 +171,110 @@ def test_a_summary_is_the_same_after_it_was_a_file(measured):
     assert settings_table(json.loads(json.dumps(summary))) == settings_table(summary)
 
 
-def reports(protocol, results):
-    summary = summarise(protocol, results, {})
-    arguments = Path("results/run"), protocol, results, summary, "dressing-sim evaluate"
-    return markdown(*arguments), page(*arguments).replace("\u00a0", " "), summary
+OUTCOMES = [
+    [SUCCESS, SUCCESS, SUCCESS, SUCCESS, VOID],
+    [SUCCESS, STUCK, HIT, UNREACHABLE, VOID],
+    [VOID],
+]
+RESULTS = results_of(SMALL, OUTCOMES)
 
 
-@pytest.mark.parametrize(
-    ("protocol", "kinds"),
-    [(PROTOCOL, ["settings", "variation"]), (ROBUST, ["variation"]), (FULL, []), (SMALL, [])],
-    ids=lambda value: getattr(value, "name", None),
-)
-def test_the_reports_have_the_tables_of_changes_that_there_are(protocol, kinds):
-    text, html, summary = reports(protocol, random_results(protocol, 8))
-    assert [one.kind for one in side_by_side(summary)] == kinds
-    assert re.findall(r'<section id="(settings|variation)">', html) == kinds
-    for one in side_by_side(summary):
-        assert f"## {one.title}\n\n{markdown_table(one.cells)}\n\n{one.rule}\n" in text
-        section = html.partition(f'<section id="{one.kind}">')[2].partition("</section>")[0]
-        assert one.rule in section
-        found = re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", section)
-        assert [cell.replace("&amp;", "&") for cell in found] == [*chain(*one.cells)]
+@pytest.fixture(scope="module")
+def full():
+    results = random_results(FULL, 50)
+    return results, summarise(FULL, results, {})
 
 
-@pytest.mark.parametrize("kind", ["settings", "variation"])
-def test_a_page_of_the_documentation_can_have_the_table(measured, kind):
-    _, summary = measured
-    blocks = runpy.run_path(str(ROOT / "scripts" / "fill_tables.py"))["BLOCKS"]
-    (one,) = (one for one in side_by_side(summary) if one.kind == kind)
-    assert blocks[kind](summary) == markdown_table(one.cells)
+def test_the_table_is_for_people():
+    heading, expert, learned, broken = table(summarise(SMALL, RESULTS, {}))
+    assert len({len(line) for line in (heading, expert, learned, broken)}) == 1
+    assert "varied" not in heading
+    assert expert[:4] == ["expert", "-", "4 / 4", "100 %"]
+    assert learned[2:5] == ["1 / 4", "25 %", "5 - 70 %"]
+    assert learned[5] == "ik_unreachable 1, stuck 1, hit 1, over_strain 1, 1 void"
+    assert broken[3] == "-"
+    assert expert[5] == "1 void"
+
+
+def test_the_table_has_a_column_for_variation_if_there_is_any():
+    results = results_of(ROBUST, [[SUCCESS], [HIT], [HIT]])
+    heading, *lines = table(summarise(ROBUST, results, {}))
+    column = heading.index("varied")
+    assert [line[column] for line in lines] == ["-", "friction", "arm, grasp"]
+    assert {len(line) for line in lines} == {len(heading)}
+
+
+def test_the_table_has_intervals_for_other_demonstrations_where_there_are_several_sets(full):
+    results, summary = full
+    measured = rows_by_entry(results)
+    heading, *lines = table(summary)
+    place = heading.index("over sets")
+    for line, entry in zip(lines, FULL.entries, strict=True):
+        if entry == EXPERT:
+            assert line[place] == "-"
+        else:
+            expected = rate_interval_over_sets(measured[entry], np.random.default_rng(0))
+            low, high = 100.0 * np.array(expected)
+            assert line[place] == f"{low:.0f} - {high:.0f} %"
+
+
+def test_rates_of_each_set_stand_side_by_side(full):
+    _, summary = full
+    heading, *lines = sets_table(summary)
+    assert heading == ["policy", "shown", *(f"set {i}" for i in range(5))]
+    assert len(lines) == len(FULL.entries) - 1
+    rates = [f"{s['n_success']} / {s['n_episodes']}" for s in summary["rows"][1]["sets"]]
+    assert lines[0] == ["tp-gmm", "case_a", *rates]
+    assert len(sets_table(summarise(SMALL, RESULTS, {}))) == 1
+
+
+def test_every_comparison_is_a_line(full):
+    _, summary = full
+    lines = pairs_table(summary["comparisons"])[1:]
+    for pair, line in zip(summary["comparisons"], lines, strict=True):
+        low, high = pair["pc_difference_ci95"]
+        assert line[2:7] == [
+            str(pair["n_pairs"]),
+            str(pair["n_only_a"]),
+            str(pair["n_only_b"]),
+            f"{pair['pc_difference']:+.3g}",
+            f"{low:+.0f} to {high:+.0f}",
+        ]
+
+
+def test_a_pair_without_a_common_episode_has_no_difference():
+    protocol = Protocol("p", "s", (Entry("tp-gmm-rf", "case_a"), Entry("tp-gmm", "case_a")))
+    summary = summarise(protocol, results_of(protocol, [[SUCCESS], [VOID]]), {})
+    assert pairs_table(summary["comparisons"])[1][:7] == [
+        "tp-gmm-rf on case_a",
+        "tp-gmm on case_a",
+        *("0", "0", "0", "-", "-100 to +100"),
+    ]
+
+
+def test_few_episodes_are_listed_one_by_one():
+    title, cells = listing(RESULTS)
+    assert title == "Episodes"
+    strained = ["stuck, over_strain", "1.93", "0.08", "1.25 N"]
+    assert ["6", "tp-gmm", "case_a", "arm1", "10 deg", *strained] in cells
+    assert ["8", "tp-gmm", "case_a", "arm3", "30 deg", "ik_unreachable", "-", "-", "-"] in cells
+    assert ["4", "expert", "-", "arm4", "40 deg", f"void: {VOID.invalid}", "-", "-", "-"] in cells
+
+
+def test_many_episodes_are_listed_by_posture(full):
+    results, _ = full
+    title, cells = listing(results)
+    assert title == "Postures"
+    assert len(cells) == 51
+    group = [r.outcome for r in results if r.posture.name == "val7"]
+    valid = [outcome for outcome in group if outcome.invalid is None]
+    (line,) = [line for line in cells if line[0] == "val7"]
+    assert line[2] == f"{sum(outcome.success for outcome in valid)} / {len(valid)}"
+
+
+def test_void_episodes_are_listed_with_why():
+    assert void_table(RESULTS)[1:] == [
+        ["4", "expert", "arm4", VOID.invalid],
+        ["9", "tp-gmm on case_a", "arm4", VOID.invalid],
+        ["10", "mine on case_b", "arm0", VOID.invalid],
+    ]

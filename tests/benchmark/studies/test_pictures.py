@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from fake_results import HIT, SMALL, STUCK, UNREACHABLE, results_of
 
-from dressing_sim.benchmark.report import pictures
-from dressing_sim.benchmark.report.pictures import FailurePictures
+from dressing_sim.benchmark.studies import pictures
+from dressing_sim.benchmark.studies.pictures import failure_picture, failure_pictures
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import DressingSimError
 
@@ -65,7 +65,7 @@ def without_physics(monkeypatch):
 def drawn(outcome, **options):
     """The brightness of the picture of an episode with this outcome, and its shape."""
     (result, *_) = results = results_of(SMALL, [[outcome], [HIT], [HIT]])
-    file = FailurePictures(dict(enumerate(results)), **options)(result)
+    file = failure_picture(dict(enumerate(results)), result, **options)
     picture = imageio.imread(BytesIO(file), extension=".png")
     assert picture.min() == picture.max()
     return int(picture.max()), picture.shape
@@ -97,7 +97,7 @@ def test_pictures_are_as_large_as_wanted():
 def test_an_episode_that_comes_out_otherwise_has_no_picture(without_physics):
     without_physics.append("success: recorded false, now true")
     (result, *_) = results = results_of(SMALL, [[HIT], [HIT], [HIT]])
-    assert FailurePictures(dict(enumerate(results)))(result) is None
+    assert failure_picture(dict(enumerate(results)), result) is None
 
 
 def test_without_opengl_nothing_is_simulated(monkeypatch):
@@ -106,6 +106,16 @@ def test_without_opengl_nothing_is_simulated(monkeypatch):
 
     monkeypatch.setattr(pictures, "gl_backend", fails)
     monkeypatch.setattr(pictures, "replay_episode", None)
-    (result, *_) = results_of(SMALL, [[HIT], [HIT], [HIT]])
+    results = results_of(SMALL, [[HIT], [HIT], [HIT]])
     with pytest.raises(DressingSimError, match="no offscreen OpenGL"):
-        FailurePictures({})(result)
+        failure_picture({}, results[0])
+    drawn = failure_pictures({}, results)
+    assert drawn.png == {}
+    assert drawn.missing == "pictures left out: no offscreen OpenGL works here"
+
+
+@pytest.mark.usefixtures("without_physics")
+def test_a_failed_episode_of_each_of_the_hardest_postures_is_drawn():
+    results = results_of(SMALL, [[HIT, HIT], [STUCK, HIT], [HIT, HIT]])
+    drawn = failure_pictures(dict(enumerate(results)), results)
+    assert list(drawn.png) == [2, 3]

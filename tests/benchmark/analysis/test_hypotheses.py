@@ -1,6 +1,6 @@
 import pytest
 
-from dressing_sim.benchmark.analysis.paper_table import PAPER_TABLE, next_to_paper
+from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE, next_to_paper
 
 
 def row(policy, demonstrations, n_success, n_episodes, **more):

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
@@ -18,8 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from dressing_sim.arm import ANGLE_LIMITS_DEG, Posture
+from dressing_sim.benchmark.report import plots
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import replacing
+from dressing_sim.files import write_text
 from dressing_sim.suites.suites import situation_distance
 
 #: The Panda reaches this far from its second joint, which is this high above its base [m] (Franka
@@ -50,9 +46,9 @@ class Style:
 #: For the first, second and third suite: blue, orange and black of Okabe and Ito's palette, which
 #: colour-blind people can tell apart; the markers differ as well.
 STYLES = (
-    Style("#0072B2", "o", 7.0, 0.6, 0.45),
-    Style("#E69F00", "^", 14.0, 0.9, 0.85),
-    Style("#000000", "D", 20.0, 2.0, 1.0),
+    Style("#0072b2", "o", 7.0, 0.6, 0.45),
+    Style("#e69f00", "^", 14.0, 0.9, 0.85),
+    Style(plots.INK, "D", 20.0, 2.0, 1.0),
 )
 
 
@@ -63,31 +59,18 @@ def draw_postures(suites: Mapping[str, Sequence[Posture]], path: str | Path) -> 
 
     Args:
         suites: Postures by the name of the suite, the largest suite first.
-        path: File to write; its ending is the format.
+        path: SVG file to write.
 
     Raises:
         InvalidInputError: No suite, more than three, or the file cannot be written.
     """
     if not 1 <= len(suites) <= len(STYLES):
         raise InvalidInputError(f"{len(suites)} suites to draw, valid is 1 to {len(STYLES)}")
-    settings: dict[Any, Any] = {
-        "svg.hashsalt": "dressing_sim",
-        "svg.fonttype": "path",
-        "font.family": "DejaVu Sans",
-        "font.size": 8.0,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-    }
-    with matplotlib.rc_context(settings), replacing(path) as temporary:
-        figure = plt.figure(figsize=(12.0, 6.8), layout="constrained", facecolor="white")
-        try:
-            halves = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.45, 1.0))
-            _draw_angles(halves[0, 0], suites)
-            _draw_arms(halves[0, 1], suites)
-            metadata = {"Date": None} if Path(path).suffix == ".svg" else None
-            figure.savefig(temporary, metadata=metadata, dpi=130)
-        finally:
-            plt.close(figure)
+    with plots.figure(6.8, 12.0) as drawn:
+        halves = drawn.subfigures(1, 2, squeeze=False, width_ratios=(1.45, 1.0))
+        _draw_angles(halves[0, 0], suites)
+        _draw_arms(halves[0, 1], suites)
+        write_text(path, plots.svg_of(drawn))
 
 
 def _draw_angles(figure: SubFigure, suites: Mapping[str, Sequence[Posture]]) -> None:
@@ -185,8 +168,8 @@ def _draw_view(
                 solid_joinstyle="round",
             )
     centre = np.array([0.0, 0.0, REACH_HEIGHT])[[across, up]]
-    axes.add_patch(Circle(tuple(centre), REACH, fill=False, ls="--", lw=0.9, ec="0.4"))
-    axes.plot(0.0, 0.0, marker="s", ms=8, color="0.4")
+    axes.add_patch(Circle(tuple(centre), REACH, fill=False, ls="--", lw=0.9, ec=plots.QUIET))
+    axes.plot(0.0, 0.0, marker="s", ms=8, color=plots.QUIET)
     limits = (X_LIMITS, Y_LIMITS, Z_LIMITS)
     axes.set(xlim=limits[across], ylim=limits[up], aspect="equal", title=title)
     axes.set(xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]")

@@ -2,9 +2,9 @@ from pathlib import Path
 
 import matplotlib
 import pytest
+from suite_pictures import distance_table, draw_postures
 
 from dressing_sim import load_suite
-from dressing_sim.benchmark.report.postures import distance_table, draw_postures
 from dressing_sim.errors import InvalidInputError
 
 PAPER = load_suite("paper5")
@@ -29,7 +29,7 @@ def test_every_arm_is_drawn_from_three_sides(tmp_path, monkeypatch):
         "plot",
         lambda axes, *points, **style: drawn.append(points) or plot(axes, *points, **style),
     )
-    draw_postures({"paper5": PAPER}, tmp_path / "arms.png")
+    draw_postures({"paper5": PAPER}, tmp_path / "arms.svg")
     lines = [(list(x), list(y)) for x, y in drawn if not isinstance(x, float)]
     assert len(lines) == 3 * len(PAPER)
     for posture in PAPER:
@@ -58,6 +58,6 @@ def test_one_posture_has_no_distance():
 
 
 def test_the_documents_state_the_table_of_the_two_cases():
-    docs = Path(__file__).parents[3] / "docs" / "benchmark.md"
+    docs = Path(__file__).parents[2] / "docs" / "benchmark.md"
     table = distance_table({name: load_suite(name) for name in ("case_a", "case_b")})
     assert table in docs.read_text(encoding="utf-8")

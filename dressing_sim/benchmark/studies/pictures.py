@@ -1,0 +1,96 @@
+"""Pictures of failed episodes at the moment of their failure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+
+import imageio.v3 as imageio
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.benchmark.analysis.failures import first_failure, hardest
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.run.replay import Replay, replay_episode
+from dressing_sim.benchmark.run.store import RunFolder
+from dressing_sim.benchmark.studies.success_document import Pictures
+from dressing_sim.episode.dressing import Dressing
+from dressing_sim.errors import DressingSimError
+from dressing_sim.pictures.rendering import OffscreenRenderer, gl_backend
+from dressing_sim.world.simulation import World
+
+
+def failure_pictures(folder: RunFolder, results: Sequence[EpisodeResult]) -> Pictures:
+    """A failed episode of each of the hardest postures; where no OpenGL works, why none.
+
+    Args:
+        folder: The run.
+        results: Its episodes, in the order of the protocol.
+    """
+    found = {}
+    try:
+        for hard in hardest(results):
+            drawn = failure_picture(folder, hard.pictured)
+            if drawn is not None:
+                found[hard.pictured.index] = drawn
+    except DressingSimError as error:
+        return Pictures(missing=f"pictures left out: {error}")
+    return Pictures(found)
+
+
+def failure_picture(
+    folder: RunFolder,
+    result: EpisodeResult,
+    camera: str = "front",
+    width: int = 480,
+    height: int = 360,
+) -> bytes | None:
+    """Run an episode again and draw it as it was when the first thing went wrong.
+
+    Args:
+        folder: The run.
+        result: Which episode.
+        camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
+        width: Of the picture [pixels].
+        height: Of the picture [pixels].
+
+    Returns:
+        A PNG file; None if the episode does not come out as it was recorded.
+
+    Raises:
+        DressingSimError: No OpenGL works here.
+    """
+    gl_backend()  # without OpenGL, say so before simulating
+    again, states = _states(folder, result)
+    if again.differences:
+        return None
+    with OffscreenRenderer(again.posture, again.config.world, width, height) as renderer:
+        picture = renderer.draw(states[_row(again, len(states))], camera)
+    file = BytesIO()
+    imageio.imwrite(file, picture, extension=".png")
+    return file.getvalue()
+
+
+def _states(folder: RunFolder, result: EpisodeResult) -> tuple[Replay, list[NDArray[np.float64]]]:
+    """The episode run again, and the simulation's coordinates after each control step.
+
+    Where the robot never moved, those before the first.
+    """
+    states: list[NDArray[np.float64]] = []
+
+    def keep(world: World) -> None:
+        states.append(world.data.qpos.copy())
+
+    again = replay_episode(folder, result.index, keep)
+    if not states:
+        dressing = Dressing(again.posture, again.config)
+        dressing.reset()
+        states.append(dressing.world.data.qpos.copy())
+    return again, states
+
+
+def _row(again: Replay, n_rows: int) -> int:
+    """Row of the control step at whose end the first thing went wrong, the last at most."""
+    failure = first_failure(again.result.outcome)
+    time = 0.0 if failure is None or failure.time is None else failure.time
+    return min(max(round(time / again.config.tracking.dt) - 1, 0), n_rows - 1)
