@@ -61,7 +61,8 @@ def evaluate(
             settings; or paper-cost, what the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
-            tp-gmm, the name of an installed one, or module:Class.
+            tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...
+            for its hyper-parameters.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
@@ -78,8 +79,7 @@ def evaluate(
     from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.run.store import open_run
     from dressing_sim.benchmark.studies.success import find_protocol
-    from dressing_sim.policies.paper import PaperSettings
-    from dressing_sim.policies.registry import is_built_in
+    from dressing_sim.policies.paper import any_of_the_paper, left_open
 
     chosen = find_protocol(protocol)
     if chosen.kind == "cost" and (suite, policies, variation) != (None, None, None):
@@ -114,8 +114,8 @@ def evaluate(
         print(json_format.dumps(summary, indent=2))
     else:
         print_document(document)
-        if any(is_built_in(row["policy"]) for row in summary["rows"]):
-            told = f"policies: {PaperSettings().left_open}"
+        if any_of_the_paper(row["policy"] for row in summary["rows"]):
+            told = f"policies: {left_open()}"
             print(fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))
         print(f"written to {out}/: report.md, report.html, summary.json")
 
@@ -138,14 +138,14 @@ def _success(
     from dressing_sim.benchmark.studies.success_document import success_document
     from dressing_sim.benchmark.studies.success_summary import summarise
     from dressing_sim.config import to_plain
-    from dressing_sim.policies.paper import PaperSettings
+    from dressing_sim.policies.paper import plain_config
 
     plan = folder.plan
     results = run_plan(folder, crew, progress)
     settings = {
         "seed": plan.seed,
         "repeated_demonstrations": repeated_demonstrations(folder),
-        "policies": to_plain(PaperSettings()),
+        "policies": plain_config(),
         "episode": to_plain(plan.config),
     }
     summary = summarise(plan.protocol, results, settings)

@@ -10,7 +10,7 @@ from dressing_sim.benchmark.analysis.failures import HardPosture, valid, verdict
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.report.document import Cells, percent
 from dressing_sim.episode.rules import count_reasons, in_order
-from dressing_sim.policies.paper import split_settings
+from dressing_sim.policies.hyperparameters import split_name
 
 #: With more episodes than this a report lists postures instead.
 MOST_EPISODES_LISTED = 60
@@ -22,13 +22,20 @@ def table(summary: Summary) -> Cells:
     """The summary's rows."""
     varied = any(row["variation"] for row in summary["rows"])
     over_sets = any("pc_success_ci95_sets" in row for row in summary["rows"])
+    # Of who learns nothing it is known that he observes the whole arm.
+    learned = [row for row in summary["rows"] if row["demonstrations"] is not None]
+    classes = any(row.get("inputs", "frames") != "frames" for row in learned)
     heading = [*_heading(varied), "success", "rate", "95 % interval"]
     heading += [*(["over sets"] if over_sets else []), "what went wrong"]
+    if classes:
+        heading.insert(2, "inputs")
     return [
         heading,
         *(
             [
-                *_named(row, varied),
+                *_named(row, varied)[:2],
+                *([row["inputs"]] if classes else []),
+                *_named(row, varied)[2:],
                 f"{row['n_success']} / {row['n_episodes']}",
                 percent(row["pc_success"]),
                 _between(row["pc_success_ci95"]),
@@ -116,7 +123,7 @@ def settings_table(summary: Summary) -> Cells:
     """Rates by the hyper-parameters after a policy's ``?``, or none; see `_side_by_side`."""
 
     def place(row: Mapping[str, Any]) -> tuple[str, str]:
-        stem, chosen = split_settings(row["policy"])
+        stem, chosen = split_name(row["policy"])
         varied = f"{_varied(row)} varied" if row["variation"] else None
         return chosen or "as chosen", _joined(stem, row["demonstrations"], varied)
 

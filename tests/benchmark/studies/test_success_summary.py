@@ -52,6 +52,7 @@ def test_a_row_counts_episodes_successes_and_reasons_and_void_ones_apart(summary
         "pc_success_ci95": [100 * low, 100 * high],
         "failures": {"ik_unreachable": 1, "stuck": 1, "hit": 1, "over_strain": 1},
         "n_void": 1,
+        "inputs": "frames",
     }
     assert summary["rows"][0]["pc_success"] == 100.0
     assert summary["rows"][0]["failures"] == {}

@@ -278,3 +278,19 @@ def test_void_episodes_are_listed_with_why():
         ["9", "tp-gmm on case_a", "arm4", VOID.invalid],
         ["10", "mine on case_b", "arm0", VOID.invalid],
     ]
+
+
+def test_a_table_says_the_class_of_inputs_once_a_policy_that_learned_has_another():
+    summary = summarise(SMALL, RESULTS, {})
+    assert "inputs" not in table(summary)[0]
+    rows = [
+        {**row, "inputs": "elbow" if row["policy"] == "mine" else "frames"}
+        for row in summary["rows"]
+    ]
+    cells = table({**summary, "rows": rows})
+    place = cells[0].index("inputs")
+    assert [line[place] for line in cells[1:]] == [row["inputs"] for row in rows]
+    assert "elbow" in [line[place] for line in cells[1:]]
+    expert = [{**row, "inputs": "frames"} for row in rows]
+    expert[0]["inputs"] = "posture"
+    assert "inputs" not in table({**summary, "rows": expert})[0]
