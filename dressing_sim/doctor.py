@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError
+from dressing_sim.provenance import versions
 from dressing_sim.system import processors
 
 

@@ -41,7 +41,7 @@ def replay(
     from dressing_sim.benchmark.run.differences import differences
     from dressing_sim.benchmark.run.replay import replay_episode
     from dressing_sim.benchmark.run.store import load_run
-    from dressing_sim.episode.demonstration import versions
+    from dressing_sim.provenance import versions
 
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared

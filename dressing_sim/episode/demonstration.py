@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -19,28 +18,12 @@ from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file, replacing
 from dressing_sim.learning.frame import Situation
+from dressing_sim.provenance import versions
 
 FORMAT = "dressing_sim demonstrations"
 FORMAT_VERSION = 1
 
 _VALID = "valid is a file written by 'dressing-sim demonstrate'"
-
-#: Packages whose version can change the bits of a simulation.
-VERSIONED = (
-    "dressing-sim",
-    "mujoco",
-    "pin",
-    "pin-pink",
-    "daqp",
-    "numpy",
-    "scipy",
-    "example-robot-data",
-)
-
-
-def versions() -> dict[str, str]:
-    """Installed versions of everything that a result depends on."""
-    return {package: version(package) for package in VERSIONED}
 
 
 @dataclass(frozen=True, eq=False)

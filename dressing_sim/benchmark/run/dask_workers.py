@@ -11,8 +11,8 @@ from typing import Any
 from weakref import WeakSet
 
 from dressing_sim.benchmark.run.executors import Workers, single_threaded
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.provenance import versions
 
 #: A cluster that does not answer, or has no worker, for so long is reported [s].
 _PATIENCE = 30.0

@@ -15,10 +15,11 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.run.differences import differences
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.episode.demonstration import Demonstration, load_demonstrations, versions
+from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
+from dressing_sim.provenance import versions
 from dressing_sim.system import lock_file
 
 SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"

@@ -27,8 +27,8 @@ from dressing_sim.benchmark.report import markdown_table, summarise, table, writ
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.report.text import headline
 from dressing_sim.benchmark.studies.success import PROTOCOLS
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.provenance import versions
 
 FOLDER = Path("results/run")
 OUTCOMES = [
