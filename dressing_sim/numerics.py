@@ -129,12 +129,13 @@ def _blas() -> str:
     import numpy as np  # noqa: F401  # loads its BLAS
     from threadpoolctl import threadpool_info
 
-    names = [
-        f"{found['internal_api']} {found['version']} {found.get('architecture', '')}".strip()
-        for found in threadpool_info()
-        if found["user_api"] == "blas"
-    ]
-    return ", ".join(dict.fromkeys(names)) or "unknown"
+    found = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    if not found:
+        return "unknown"
+    # scipy may have one of its own, loaded or not; numpy's is always there.
+    chosen = next((library for library in found if "numpy" in library["filepath"]), found[0])
+    name, core = chosen["internal_api"], chosen.get("architecture", "")
+    return f"{name} {chosen['version']} {core}".strip()
 
 
 def _simd() -> str:

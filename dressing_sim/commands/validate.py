@@ -58,6 +58,7 @@ def validate(
     from dressing_sim.benchmark.studies.convergence import validate as study
     from dressing_sim.benchmark.studies.convergence_report import validation_table, write_validation
     from dressing_sim.benchmark.studies.convergence_summary import compare
+    from dressing_sim.provenance import provenance
     from dressing_sim.suites.suites import load_suite
 
     workers = processors() if workers is None else workers
@@ -78,7 +79,7 @@ def validate(
         raise InvalidInputError(f"{out} holds a run of another command; choose another --out")
     with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
         trials = study(arms, chosen, crew, seed, progress)
-    summary = compare(trials, chosen)
+    summary = {**compare(trials, chosen), "provenance": provenance()}
     write_validation(out, trials, summary, command_line())
     if json:
         print(json_format.dumps(summary, indent=2))
