@@ -10,6 +10,7 @@ from typing import Any
 import tyro
 
 from dressing_sim.errors import DressingSimError
+from dressing_sim.numerics import common_environment
 
 
 def _commands() -> dict[str, Any]:
@@ -38,6 +39,8 @@ def _commands() -> dict[str, Any]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command; an error that a user can mend is one line on standard error, exit code 2."""
+    # Before numpy is loaded: numbers should not hang on the kind of processor.
+    os.environ.update(common_environment())
     try:
         tyro.extras.subcommand_cli_from_dict(
             _commands(),

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError
+from dressing_sim.numerics import common_environment, numerics
+from dressing_sim.provenance import versions
 from dressing_sim.system import processors
 
 
@@ -36,6 +37,7 @@ def examine() -> Iterator[Finding]:
     """Run all checks, one after the other."""
     yield Finding("python", sys.version_info >= (3, 11), platform.python_version())
     yield _check("packages", lambda: ", ".join(f"{k} {v}" for k, v in versions().items()))
+    yield _check("numerics", _numerics)
     yield _check("robot description", _robot)
     yield _check("simulation", _simulation)
     yield _check("suites", _suites)
@@ -48,6 +50,12 @@ def _check(name: str, work: Callable[[], str]) -> Finding:
         return Finding(name, True, work())
     except Exception as error:  # a doctor reports whatever is wrong and goes on
         return Finding(name, False, f"{type(error).__name__}: {error}")
+
+
+def _numerics() -> str:
+    told = ", ".join(f"{name} {value}" for name, value in numerics().items())
+    apart = " ".join(f"{name}='{value}'" for name, value in common_environment().items())
+    return f"{told}; as on other processors with: {apart}" if apart else told
 
 
 def _robot() -> str:

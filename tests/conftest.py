@@ -1,5 +1,7 @@
 """What several test files share: things that are slow to make, and a helper for error texts."""
 
+import common_numerics  # noqa: F401  # isort: skip  # before numpy is loaded
+
 import os
 from functools import cache
 from typing import NamedTuple

@@ -38,6 +38,7 @@ def evaluate(
     scheduler: str | None = None,
     out: Path = Path("results/evaluate"),
     resume: bool = False,
+    accept_numerics: bool = False,
     pictures: bool = True,
     json: bool = False,
 ) -> None:
@@ -70,6 +71,7 @@ def evaluate(
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same settings.
+        accept_numerics: continue it on another kind of processor too, where the last bits differ.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
@@ -102,7 +104,7 @@ def evaluate(
     with (
         resumable(),
         _workers(workers, scheduler) as crew,
-        open_run(out, plan, resume) as folder,
+        open_run(out, plan, resume, crew.numerics, accept_numerics) as folder,
         show_progress(Console(stderr=True)) as progress,
     ):
         if chosen.kind == "cost":
@@ -149,6 +151,7 @@ def _success(
         "episode": to_plain(plan.config),
     }
     summary = summarise(plan.protocol, results, settings)
+    summary["provenance"] = dict(folder.origin.provenance)
     drawn = failure_pictures(folder, results) if pictures else None
     document = success_document(folder.path, plan.protocol, results, summary, command, drawn)
     return summary, document
@@ -165,4 +168,5 @@ def _cost(
     shown = record_demonstrations(folder, crew, progress)
     recorded = {name: demonstrations for (name, _), demonstrations in shown.items()}
     summary = run_paper_cost(crew, recorded, folder.plan.seed, progress)
+    summary["provenance"] = dict(folder.origin.provenance)
     return summary, cost_document(summary, command)

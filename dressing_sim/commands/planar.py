@@ -16,6 +16,7 @@ from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
 from dressing_sim.planar.study import OPTIONS, Run, Situations, StudySettings, run_study
+from dressing_sim.provenance import provenance
 
 
 def planar(
@@ -91,7 +92,7 @@ def planar(
             progress.update(task, advance=1, description=f"{run.selection}, {run.method}")
 
         study = run_study(data, settings, workers, advance)
-    result = summary(study)
+    result = {**summary(study), "provenance": provenance()}
     if out is not None:
         from dressing_sim.planar.figures import draw
 

@@ -24,7 +24,8 @@ def replay(
     """Run an episode of a run again, and check that every bit is the same.
 
     The policy learns again from the demonstrations in the folder. Exit code 1 if the outcome is not
-    the recorded one, as with other versions of the packages.
+    the recorded one, as with other versions of the packages. On another kind of processor than it
+    was recorded on, verdicts must be the same and numbers within a millionth.
 
     For example: dressing-sim replay results/evaluate 7 --video seven.mp4
 
@@ -38,37 +39,39 @@ def replay(
         height: of a picture, in pixels; even for .mp4.
         json: print the outcome as JSON.
     """
-    from dressing_sim.benchmark.run.differences import differences
+    from dressing_sim.benchmark.run.origin import Origin
     from dressing_sim.benchmark.run.replay import replay_episode
     from dressing_sim.benchmark.run.store import load_run
-    from dressing_sim.episode.demonstration import versions
+    from dressing_sim.numerics import numerics
 
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared
     film = new_film(video, camera, fps, width, height)
     again = replay_episode(run, episode, None if film is None else film.expose)
-    result, found = again.result, again.differences
+    result, agreement = again.result, again.agreement
     if json:
         values = {
             "policy": result.entry.policy,
             "demonstrations": result.entry.demonstrations,
             "posture": result.posture.to_dict(),
             **result.outcome.to_dict(),
-            "identical": not found,
-            "differences": found,
+            "identical": not agreement.differences,
+            "differences": agreement.differences,
+            "agrees": agreement.holds,
+            "numerics": agreement.numerics,
         }
         print(json_format.dumps(values, indent=2))
     else:
         learned = "" if result.entry.demonstrations is None else f" ({result.entry.demonstrations})"
         print_outcome(f"{result.entry.policy}{learned}, {result.posture.name}", result.outcome)
-        if not found:
-            print("identical to the recorded episode, to the bit")
-    if found:
-        reasons = [*differences(dict(run.versions), versions(), "then", "now"), *found]
+        if agreement.holds:
+            print(agreement.told())
+    if not agreement.holds:
+        reasons = [*run.origin.changed(Origin.here(run.plan, numerics())), *agreement.beyond]
         told = "\n  ".join(reasons)
         print(f"dressing-sim: not the recorded outcome:\n  {told}", file=sys.stderr)
     if film is not None and video is not None:
         film.write(video, again.posture, again.config.world, camera, width, height)
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
-    if found:
+    if not agreement.holds:
         raise SystemExit(1)

@@ -26,6 +26,7 @@ def thresholds(
     workers: int | None = None,
     out: Path = Path("results/thresholds"),
     resume: bool = False,
+    accept_numerics: bool = False,
     json: bool = False,
 ) -> None:
     """Measure how success rates, and the ranking of policies, hang on each threshold of success.
@@ -47,6 +48,7 @@ def thresholds(
         workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same settings.
+        accept_numerics: continue it on another kind of processor too, where the last bits differ.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.report.terminal import print_document
@@ -74,13 +76,14 @@ def thresholds(
     with (
         resumable(),
         Processes(count) as crew,
-        open_run(out, plan, resume) as folder,
+        open_run(out, plan, resume, crew.numerics, accept_numerics) as folder,
         show_progress(Console(stderr=True)) as progress,
     ):
         results = run_plan(folder, crew, progress, Work(dress=dress_job))
         summary = summarise(
             protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
         )
+        summary["provenance"] = dict(folder.origin.provenance)
         document = thresholds_document(summary, command_line())
         write_report(out, document, summary)
     if json:

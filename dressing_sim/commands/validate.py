@@ -65,6 +65,7 @@ def validate(
     from dressing_sim.benchmark.studies.convergence import validate as study
     from dressing_sim.benchmark.studies.convergence_document import convergence_document
     from dressing_sim.benchmark.studies.convergence_summary import compare
+    from dressing_sim.provenance import provenance
     from dressing_sim.suites.suites import load_suite
 
     workers = processors() if workers is None else workers
@@ -85,7 +86,7 @@ def validate(
         raise InvalidInputError(f"{out} holds a run of another command; choose another --out")
     with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
         trials = study(arms, chosen, crew, seed, progress)
-    summary = compare(trials, chosen)
+    summary = {**compare(trials, chosen), "provenance": provenance()}
     document = convergence_document(trials, summary, command_line())
     write_trials(out, trials)
     write_report(out, document, summary)

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -19,28 +18,12 @@ from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file, replacing
 from dressing_sim.learning.frame import Situation
+from dressing_sim.provenance import provenance, versions
 
 FORMAT = "dressing_sim demonstrations"
 FORMAT_VERSION = 1
 
 _VALID = "valid is a file written by 'dressing-sim demonstrate'"
-
-#: Packages whose version can change the bits of a simulation.
-VERSIONED = (
-    "dressing-sim",
-    "mujoco",
-    "pin",
-    "pin-pink",
-    "daqp",
-    "numpy",
-    "scipy",
-    "example-robot-data",
-)
-
-
-def versions() -> dict[str, str]:
-    """Installed versions of everything that a result depends on."""
-    return {package: version(package) for package in VERSIONED}
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +89,15 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
 
     One group a demonstration, ``0``, ``1``, ...: datasets ``positions`` (T, 3) [m], ``commands``
     (T, 7) [rad], ``shoulder``, ``elbow``, ``wrist`` (3,) [m]; attributes ``dt`` [s], ``seed``,
-    ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this.
+    ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this. An attribute
+    ``provenance`` of the file says, as JSON too, what wrote it (see `dressing_sim.provenance`).
     """
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
         file.attrs["format"] = np.bytes_(FORMAT)
         file.attrs["format_version"] = FORMAT_VERSION
+        file.attrs["provenance"] = _text(provenance())
         for number, demonstration in enumerate(demonstrations):
             group = file.create_group(str(number))
             group["positions"] = demonstration.positions

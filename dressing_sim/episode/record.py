@@ -251,7 +251,8 @@ def demonstrate(
 def replay(demonstration: Demonstration, observer: Observer | None = None) -> Recording:
     """Play a demonstration's commands again in the world it was recorded in.
 
-    With the versions that it was recorded with, the gripper's positions are the same to the bit.
+    With the versions that it was recorded with, and on the same kind of processor, the gripper's
+    positions are the same to the bit.
 
     Raises:
         InvalidInputError: It does not say which world it was recorded in.

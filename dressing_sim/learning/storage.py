@@ -14,6 +14,7 @@ import numpy as np
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import replacing
 from dressing_sim.learning.frame import FloatArray
+from dressing_sim.provenance import provenance
 
 FORMAT = "dressing_sim.learning"
 VERSION = 1
@@ -36,7 +37,13 @@ class Storable(Protocol):
 
 def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Arrays) -> Path:
     """Write settings and arrays to ``path`` (npz), all or nothing; returns the path."""
-    named = {"format": FORMAT, "version": VERSION, "kind": kind, "settings": settings}
+    named = {
+        "format": FORMAT,
+        "version": VERSION,
+        "kind": kind,
+        "settings": settings,
+        "provenance": provenance(),
+    }
     header = json.dumps(named, default=_plain)
     with replacing(path) as temporary, temporary.open("wb") as stream:
         np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)

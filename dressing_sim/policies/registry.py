@@ -5,7 +5,7 @@ A policy of this package is one file in its folder, with ``POLICIES``: configura
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -19,6 +19,7 @@ from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
 from dressing_sim.policies.expert import EXPERT
 from dressing_sim.policies.hyperparameters import changed, keyword_arguments, split_name
+from dressing_sim.provenance import source_hash
 
 #: Other packages register policies of theirs under this entry-point group.
 ENTRY_POINT_GROUP = "dressing_sim.policies"
@@ -105,6 +106,13 @@ def _made(factory: Callable[..., object], text: str | None, seed: int) -> object
             "are given after a '?'"
         ) from error
     return made.make(seed) if isinstance(made, PolicyConfig) else made
+
+
+def policy_sources(names: Iterable[str]) -> dict[str, str]:
+    """Hashes of the source of other people's policies among names of policies, by name."""
+    stems = dict.fromkeys(split_name(known_name(name))[0] for name in names)
+    hashes = {stem: source_hash(_find(stem)) for stem in stems if stem not in built_in()}
+    return {stem: digest for stem, digest in hashes.items() if digest is not None}
 
 
 def _find(name: str) -> Callable[..., object]:

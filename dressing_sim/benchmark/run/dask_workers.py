@@ -11,8 +11,9 @@ from typing import Any
 from weakref import WeakSet
 
 from dressing_sim.benchmark.run.executors import Workers, single_threaded
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.numerics import numerics, unlike
+from dressing_sim.provenance import versions
 
 #: A cluster that does not answer, or has no worker, for so long is reported [s].
 _PATIENCE = 30.0
@@ -72,6 +73,14 @@ class DaskWorkers(Workers):
                     raise InvalidInputError(
                         f"worker {worker} has {package} {theirs[package]}, valid is {ours} as here"
                     )
+        first, *others = self._client.run(numerics).items()
+        for worker, theirs in others:
+            told = unlike(first[1], theirs, f"on {first[0]}", f"on {worker}")
+            if told:
+                raise InvalidInputError(
+                    f"workers compute different bits ({told}); valid are processors of one kind, "
+                    "or workers started in the environment that 'dressing-sim doctor' prints"
+                )
 
     @property
     def count(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 #: More differences than this are counted only.
@@ -18,8 +18,15 @@ def differences(first: Any, second: Any, here: str, there: str) -> list[str]:
         here: What the first are called in the text.
         there: What the second are called.
     """
-    one, other = dict(_leaves(first)), dict(_leaves(second))
+    one, other = dict(leaves(first)), dict(leaves(second))
     names = [n for n in dict.fromkeys([*one, *other]) if _shown(one, n) != _shown(other, n)]
+    return tell(one, other, names, here, there)
+
+
+def tell(
+    one: Mapping[str, Any], other: Mapping[str, Any], names: Sequence[str], here: str, there: str
+) -> list[str]:
+    """One line for each of the names of `leaves`, and one that counts those beyond the twelfth."""
     lines = [f"{n}: {_shown(one, n)} {here}, {_shown(other, n)} {there}" for n in names[:_SHOWN]]
     return lines + ([f"and {len(names) - _SHOWN} more"] if len(names) > _SHOWN else [])
 
@@ -29,8 +36,8 @@ def _shown(values: Mapping[str, Any], name: str) -> str:
     return repr(values[name]) if name in values else "nothing"
 
 
-def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Plain values within plain values, each with its dotted name."""
+def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Plain values within plain values, each with its dotted name: ``figures.strain``."""
     children: Iterable[tuple[Any, Any]]
     if isinstance(value, Mapping) and value:
         children = value.items()
@@ -40,4 +47,4 @@ def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, value
         return
     for key, child in children:
-        yield from _leaves(child, f"{name}.{key}" if name else str(key))
+        yield from leaves(child, f"{name}.{key}" if name else str(key))

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import threading
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -24,6 +24,8 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from dressing_sim.errors import DressingSimError
+from dressing_sim.numerics import common_to_children
+from dressing_sim.numerics import numerics as worker_numerics
 from dressing_sim.system import ignore_interrupt, interrupt_blocked
 
 Key = TypeVar("Key")
@@ -31,6 +33,8 @@ Key = TypeVar("Key")
 #: Calls handed to the workers ahead, for each worker; enough to keep it busy, and few, so that
 #: memory does not grow with the number of episodes.
 _AHEAD = 4
+
+_NO_WORKER = "no worker can be started here; is there enough memory?"
 
 
 class WorkerDied(DressingSimError):
@@ -56,6 +60,14 @@ class Workers(Executor):
     @abstractmethod
     def count(self) -> int:
         """How many calls run at the same time."""
+
+    def numerics(self) -> Mapping[str, str]:
+        """What the workers compute with (see `dressing_sim.numerics.numerics`)."""
+        try:
+            found: Mapping[str, str] = self.submit(worker_numerics).result()
+        except self.deaths as death:
+            raise DressingSimError(_NO_WORKER) from death
+        return found
 
     def renew(self) -> None:
         """Make the executor usable again after a death."""
@@ -98,7 +110,7 @@ class Processes(Workers):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # Processes are started in here, and inherit what is blocked: a terminal sends Ctrl-C to
         # all, but only this process answers it.
-        with interrupt_blocked():
+        with interrupt_blocked(), common_to_children():
             return self._pool.submit(single_threaded, fn, *args, **kwargs)
 
     def renew(self) -> None:
@@ -177,7 +189,7 @@ def _check_alive(workers: Workers) -> None:
     future = workers.submit(os.getpid)
     wait_for([future])
     if _died(workers, future):
-        raise DressingSimError("no worker can be started here; is there enough memory?")
+        raise DressingSimError(_NO_WORKER)
 
 
 def _alone(

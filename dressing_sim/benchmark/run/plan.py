@@ -10,11 +10,11 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.inputs import inputs_of
 from dressing_sim.policies.registry import learns, make_policy
+from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
 from dressing_sim.suites.suites import load_suite, shown_postures
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run import runner
-from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.agreement import Agreement, compare
 from dressing_sim.benchmark.run.executors import single_threaded
 from dressing_sim.benchmark.run.plan import Job, fitting_seed
 from dressing_sim.benchmark.run.store import RunFolder, episode_line
@@ -17,6 +16,7 @@ from dressing_sim.benchmark.studies import thresholds as sensitivity
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.record import Observer
 from dressing_sim.learning import Policy
+from dressing_sim.numerics import numerics
 from dressing_sim.policies.registry import make_policy
 
 
@@ -26,16 +26,20 @@ class Replay:
 
     Attributes:
         result: What came out now.
-        differences: Where that differs from the recorded line, a line each; none if every bit is
-            the same.
+        agreement: How that compares with the recorded line.
         posture: The arm, after variation.
         config: World, robot and rules, after variation.
     """
 
     result: EpisodeResult
-    differences: list[str]
+    agreement: Agreement
     posture: Posture
     config: EpisodeConfig
+
+    @property
+    def differences(self) -> list[str]:
+        """In what it is not the recorded episode, a line each; none if it is."""
+        return self.agreement.beyond
 
 
 def replay_episode(folder: RunFolder, index: int, observer: Observer | None = None) -> Replay:
@@ -58,8 +62,8 @@ def replay_episode(folder: RunFolder, index: int, observer: Observer | None = No
     result = single_threaded(dress, source, job, folder.plan.config, observer)
     again = json.loads(episode_line(folder.plan.protocol, result))
     posture, config, _ = job.situation(folder.plan.config)
-    found = differences(_measured(recorded), _measured(again), "recorded", "now")
-    return Replay(result, found, posture, config)
+    agreement = compare(recorded, again, folder.origin.other_numerics(numerics()))
+    return Replay(result, agreement, posture, config)
 
 
 def learned_source(folder: RunFolder, job: Job) -> Policy:
@@ -70,7 +74,3 @@ def learned_source(folder: RunFolder, job: Job) -> Policy:
     demonstrations = [folder.load_demonstration(p, number) for p in folder.plan.shown[shown]]
     seed = fitting_seed(folder.plan.seed, job.entry, number)
     return runner.fit_policy(job.entry.policy, seed, demonstrations)
-
-
-def _measured(line: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in line.items() if name != "versions"}

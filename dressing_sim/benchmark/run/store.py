@@ -6,19 +6,21 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Protocol
-from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.origin import Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.episode.demonstration import Demonstration, load_demonstrations, versions
+from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
+from dressing_sim.numerics import numerics as this_numerics
+from dressing_sim.provenance import versions
 from dressing_sim.system import lock_file
 
 SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
@@ -87,13 +89,13 @@ class RunFolder:
     Attributes:
         path: The folder.
         plan: What is run.
-        versions: Versions of all that the results depend on.
+        origin: Where its episodes come from.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any], episodes: bytes) -> None:
         self.path = path
         self.plan = Plan.from_dict(settings)
-        self.versions: Mapping[str, str] = settings.get("versions", {})
+        self.origin = Origin.of(settings)
         self._lines = dict(_indexed(episodes, path / EPISODES))
 
     @property
@@ -189,23 +191,30 @@ def load_run(path: Path) -> RunFolder:
 
 
 @contextmanager
-def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
+def open_run(
+    path: Path,
+    plan: Plan,
+    resume: bool = False,
+    numerics: Callable[[], Mapping[str, str]] = this_numerics,
+    accept_numerics: bool = False,
+) -> Iterator[OpenRun]:
     """Begin a run in a folder, or continue the one that is there.
 
     Args:
         path: The folder; a finished run in it is replaced unless `resume` is set.
         plan: What is run.
         resume: Continue, if the folder holds a run.
+        numerics: Tells those of the workers (see `Workers.numerics`), or of this process.
+        accept_numerics: Continue with other numerics too; the folder then names both.
 
     Raises:
         InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
-            with other settings, or another process is writing to it, or it cannot be written to.
+            with other settings or numerics, or another process is writing to it, or it cannot be
+            written to.
     """
     settings = json.loads(json.dumps(plan.to_dict()))
     with _locked(path):
         earlier = _read_settings(path)
-        if resume and earlier is not None:
-            _check_same(path, earlier, settings)
         if earlier is None and (path / CONVERGENCE).exists():
             raise InvalidInputError(
                 f"{path} holds what 'dressing-sim validate' left; choose another --out"
@@ -215,12 +224,18 @@ def open_run(path: Path, plan: Plan, resume: bool = False) -> Iterator[OpenRun]:
                 f"{path} holds an unfinished run; continue it with --resume, or choose another "
                 "--out"
             )
+        origin = Origin.here(plan, numerics())
+        if resume and earlier is not None:
+            check_resumable(path, earlier, settings, origin, accept_numerics)
         try:
             file = (path / EPISODES).open("a+b")
         except OSError as error:
             raise unwritable(path / EPISODES, error) from error
         with file:
-            yield _begun(path, file, settings, resume and earlier is not None)
+            if resume and earlier is not None:
+                yield _continued(path, file, earlier, origin)
+            else:
+                yield _begun(path, file, origin.into(settings))
 
 
 @contextmanager
@@ -245,14 +260,27 @@ def _locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any], goes_on: bool) -> OpenRun:
-    """A run whose earlier files are gone, or one that goes on."""
-    if not goes_on:
-        _clear(path, file)
-        # Written last: where there are settings, the other files belong to them.
-        write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
-    _drop_torn_line(file)
+def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any]) -> OpenRun:
+    """A run whose earlier files are gone."""
+    _clear(path, file)
+    # Written last: where there are settings, the other files belong to them.
+    _write_settings(path, settings)
     return OpenRun(path, settings, file)
+
+
+def _continued(path: Path, file: BinaryIO, settings: Mapping[str, Any], now: Origin) -> OpenRun:
+    """A run that goes on, perhaps with other numerics than it had."""
+    _drop_torn_line(file)
+    run = OpenRun(path, settings, file)
+    if run.origin.joined(now, len(run.finished)) == run.origin:
+        return run
+    settings = run.origin.joined(now, len(run.finished)).into(settings)
+    _write_settings(path, settings)
+    return OpenRun(path, settings, file)
+
+
+def _write_settings(path: Path, settings: Mapping[str, Any]) -> None:
+    write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
 
 
 def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
@@ -293,12 +321,3 @@ def _read_settings(path: Path) -> dict[str, Any] | None:
     if not isinstance(values, dict):
         raise InvalidInputError(f"{file}: not the settings of a run")
     return values
-
-
-def _check_same(path: Path, earlier: Any, wanted: Any) -> None:
-    found = differences(earlier, wanted, "there", "now")
-    if found:
-        told = "\n  ".join(found)
-        raise InvalidInputError(
-            f"{path} holds a run with other settings; choose another --out\n  {told}"
-        )

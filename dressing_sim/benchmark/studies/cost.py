@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.benchmark.run.executors import Workers, completed
-from dressing_sim.episode.demonstration import Demonstration, versions
+from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.learning import DemonstrationLike, Method, SyntheticDemonstration
 from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, plain_config
+from dressing_sim.provenance import versions
 
 #: Told about progress: the stage, how much of it is done, of how much, and no episodes.
 Progress = Callable[[str, int, int, Sequence[Any]], None]

@@ -11,8 +11,8 @@ from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons, rows_by_entry
 from dressing_sim.benchmark.analysis.statistics import Row, rate_interval_over_sets, wilson_interval
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.rules import count_reasons
+from dressing_sim.provenance import versions
 
 #: Seed of the bootstrap: the same results give the same summary.
 _BOOTSTRAP_SEED = 0

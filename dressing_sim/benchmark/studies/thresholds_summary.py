@@ -19,9 +19,9 @@ from dressing_sim.benchmark.studies.thresholds import (
     scaled,
     verdict_name,
 )
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.rules import Outcome, Thresholds
 from dressing_sim.episode.thresholds import threshold_sources, threshold_units
+from dressing_sim.provenance import versions
 
 #: Seed of the bootstrap: the same episodes give the same summary.
 _BOOTSTRAP_SEED = 0

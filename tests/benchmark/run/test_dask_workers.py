@@ -11,8 +11,8 @@ from dressing_sim.benchmark.run import dask_workers
 from dressing_sim.benchmark.run.dask_workers import DaskWorkers
 from dressing_sim.benchmark.run.executors import Processes, completed
 from dressing_sim.episode import demonstration
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.provenance import versions
 
 
 def square(number):

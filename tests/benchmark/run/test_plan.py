@@ -14,9 +14,9 @@ from dressing_sim.benchmark.run.plan import (
     variation_seed,
 )
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.demonstration import versions
 from dressing_sim.episode.variation import FACTORS
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.provenance import versions
 from dressing_sim.suites.suites import load_suite
 
 ENTRIES = (Entry("expert"), Entry("tp-gmm", "case_a"), Entry("tp-gmm", "baseline7:3"))

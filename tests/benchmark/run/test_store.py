@@ -11,9 +11,10 @@ from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.run import store
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.store import episode_line, load_run, open_run, parse_line
-from dressing_sim.episode.demonstration import Demonstration, save_demonstrations, versions
+from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.provenance import versions
 
 OUTCOMES = [
     Outcome(True, metrics={"strain": 0.1 + 0.2, "armscye_s": -1e-300}),

@@ -1,0 +1,121 @@
+"""Where a run's episodes come from, and whether this process may go on with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.numerics import unlike
+from dressing_sim.policies.registry import policy_sources
+from dressing_sim.provenance import provenance, versions
+
+#: In the settings of a run.
+_KEY = "provenance"
+
+#: Within it: numerics that a run went on with, each with how many episodes were there before.
+_LATER = "later_numerics"
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """What a run's folder says of its origin.
+
+    Attributes:
+        provenance: As `provenance.provenance` gives it; empty in a folder of an earlier version.
+        versions: Versions of all that the results depend on.
+    """
+
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> Self:
+        """From the settings of a run."""
+        return cls(settings.get(_KEY, {}), settings.get("versions", {}))
+
+    @classmethod
+    def here(cls, plan: Plan, numerics: Mapping[str, str]) -> Self:
+        """Of a run that begins now, on workers with these numerics."""
+        sources = policy_sources(entry.policy for entry in plan.protocol.entries)
+        return cls({**provenance(sources), "numerics": dict(numerics)}, versions())
+
+    @property
+    def numerics(self) -> list[Mapping[str, str]]:
+        """All that its episodes were made with; none if the folder does not say."""
+        first = self.provenance.get("numerics")
+        later = [item["numerics"] for item in self.provenance.get(_LATER, ())]
+        return ([first] if first else []) + later
+
+    def other_numerics(self, now: Mapping[str, str]) -> str:
+        """In what these numerics differ from recorded ones, in a line; empty if they do not.
+
+        It is empty too where other versions explain a difference, or nothing is recorded.
+        """
+        if dict(self.versions) != versions():
+            return ""
+        return next(filter(None, (unlike(n, now, "recorded", "now") for n in self.numerics)), "")
+
+    def changed(self, now: Origin) -> list[str]:
+        """What has other code now: packages and other people's policies, a line each."""
+        return differences(self._code(now), now._code(self), "then", "now")
+
+    def _code(self, other: Origin) -> dict[str, Any]:
+        # What one of the two does not say cannot be compared.
+        known = self.provenance and other.provenance
+        sources = self.provenance.get("sources", {}) if known else {}
+        return {"versions": dict(self.versions), "sources": sources}
+
+    def joined(self, now: Origin, n_episodes: int) -> Origin:
+        """This one, which names further numerics if the run goes on with others.
+
+        Args:
+            now: Of what goes on.
+            n_episodes: How many episodes are there already.
+        """
+        if not self.numerics or not unlike(self.numerics[-1], now.numerics[0], "", ""):
+            return self
+        step = {"episodes_before": n_episodes, "numerics": dict(now.numerics[0])}
+        later = [*self.provenance.get(_LATER, ()), step]
+        return Origin({**self.provenance, _LATER: later}, self.versions)
+
+    def into(self, settings: Mapping[str, Any]) -> dict[str, Any]:
+        """The settings of a run with this origin, as its last key."""
+        return {**settings, _KEY: dict(self.provenance)}
+
+
+def check_resumable(
+    path: Path,
+    earlier: Mapping[str, Any],
+    wanted: Mapping[str, Any],
+    now: Origin,
+    accept_numerics: bool,
+) -> None:
+    """Raise InvalidInputError unless the run in a folder can go on with the same bits.
+
+    Args:
+        path: The folder, for the text.
+        earlier: Its settings.
+        wanted: Settings of what shall go on, without an origin.
+        now: Its origin.
+        accept_numerics: Whether they may be others.
+    """
+    origin = Origin.of(earlier)
+    there = {name: value for name, value in earlier.items() if name != _KEY}
+    found = differences(there, wanted, "there", "now")
+    found = found or origin.changed(now)
+    if found:
+        told = "\n  ".join(found)
+        raise InvalidInputError(
+            f"{path} holds a run with other settings; choose another --out\n  {told}"
+        )
+    other = origin.other_numerics(now.numerics[0])
+    if other and not accept_numerics:
+        raise InvalidInputError(
+            f"{path} holds a run of a processor that computes other bits ({other}); choose another "
+            "--out, or add --accept-numerics to have episodes of both in it"
+        )
