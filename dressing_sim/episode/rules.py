@@ -103,7 +103,7 @@ class Rule:
 class Unreachable(Rule):
     """The robot can follow the path. Broken before anything moves: a trace never breaks it."""
 
-    name, title, colour = "ik_unreachable", "out of the robot's reach", "#882255"
+    name, title, colour = "ik_unreachable", "out of the robot's reach", "#000000"
     unit = "m"
 
     def margin(self, evidence: Evidence) -> float:
