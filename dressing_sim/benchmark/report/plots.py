@@ -23,8 +23,8 @@ from matplotlib.patches import Patch
 #: Behind a plot, and around marks; text and black data; less of it; lines to read values by.
 PAPER, SURFACE, INK, QUIET, GRID = "#ffffff", "#fdfdfb", "#1c1c1a", "#62625c", "#e4e3dd"
 
-#: The darkest on bright paper, the brightest on dark.
-BLACK = "#000000"
+#: The darkest on bright paper, the brightest on dark. Not quite black, which SVG leaves unsaid.
+BLACK = "#010101"
 
 #: What a plot is about, and what it is held against.
 ACCENT, CONTRAST = "#0072b1", "#b34700"
@@ -53,6 +53,7 @@ STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "figure.dpi": 72.0,  # as SVG is, so that a layout fits
     "figure.facecolor": PAPER,
     "grid.color": GRID,
     "grid.linewidth": 0.6,
@@ -106,6 +107,10 @@ def svg_of(drawn: Figure) -> str:
     """A figure as the text of an SVG file."""
     stream = io.StringIO()
     with matplotlib.rc_context(STYLE):
+        layout = drawn.get_layout_engine()
+        if layout is not None:  # else matplotlib draws all of it once more to find it
+            layout.execute(drawn)
+            drawn.set_layout_engine("none")
         drawn.savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()
 
@@ -139,6 +144,8 @@ class Curve:
 
 def draw_curve(axes: Axes, curve: Curve, style: Style, bars: bool = False) -> None:
     """Draw a curve with its intervals: as a band or, if there are few, as bars."""
+    if not curve.x:
+        return
     if bars:
         axes.vlines(curve.x, curve.low, curve.high, color=style.colour, lw=1.0, alpha=0.6)
     else:
@@ -239,6 +246,7 @@ def stacked(
         colours: Of the kinds, in the order in which they are explained.
         xlabel: What is shared.
     """
+    colours = {kind: BLACK if c == "#000000" else c for kind, c in colours.items()}
     labels = [wrapped(label) for label in rows]
     places = _places(labels)
     longest = max((sum(shares.values()) for shares in rows.values()), default=0.0)

@@ -109,12 +109,14 @@ def elbow_plot(protocol: Protocol, results: Sequence[EpisodeResult]) -> Plot:
         for axes, title, (points, style, inside) in zip(grid, titles, lines, strict=True):
             _draw_points(axes, title, points, style)
             for success, (low, high), colour in (
-                (True, (101.0, 108.0), style.colour),
-                (False, (-8.0, -1.0), plots.CONTRAST),
+                (True, (106.0, 114.0), style.colour),
+                (False, (-14.0, -6.0), plots.CONTRAST),
             ):
                 bends = [r.posture.elbow_deg for r in valid(inside) if r.outcome.success == success]
-                axes.vlines(bends, low, high, color=colour, lw=0.8, clip_on=False)
-            axes.set(xlim=(bins[0], bins[-1]), xticks=bins, ylim=(-8.0, 108.0))
+                axes.vlines(bends, low, high, color=colour, lw=0.8)
+            margin = 0.03 * (bins[-1] - bins[0])
+            axes.set(xlim=(bins[0] - margin, bins[-1] + margin), xticks=bins[:: 1 + len(bins) // 5])
+            axes.set_ylim(-14.0, 114.0)
         drawn.supxlabel("elbow flexion [deg]", fontsize=7.5, color=plots.QUIET)
         drawn.supylabel("dressed [%]", fontsize=7.5, color=plots.QUIET)
         svg = plots.svg_of(drawn)

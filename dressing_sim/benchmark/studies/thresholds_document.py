@@ -32,8 +32,6 @@ _PANEL_HEIGHT, _LEGEND_LINE, _MARGIN = 1.12, 0.17, 0.45  # [inch]
 _DODGE = 0.011
 
 NOTES = (
-    "In the plot bands are 95 % Wilson intervals; grey is where a threshold is changed by at "
-    "most 20 %.",
     "Success rates stand for the threshold times 0.8, times 1 and times 1.2. Of armscye_s what is "
     "multiplied is the distance to the shoulder at s = 2, of strain_percentile the part of the "
     "cloth's area that is not judged. A greater factor is stricter for hold_time, else looser.",
