@@ -134,11 +134,11 @@ def test_a_worker_with_other_versions_is_refused(tmp_path, monkeypatch):
 
 def test_workers_that_compute_different_bits_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(dask_workers, "numerics", by_process)
-    with (
-        dask_cluster(tmp_path, 2) as cluster,
-        pytest.raises(InvalidInputError, match=r"different bits \(blas openblas \d+ on tcp"),
-    ):
-        DaskWorkers(cluster.address)
+    with dask_cluster(tmp_path, 2) as cluster:
+        with distributed.Client(cluster.address, set_as_default=False) as client:
+            client.wait_for_workers(2)
+        with pytest.raises(InvalidInputError, match=r"different bits \(blas openblas \d+ on tcp"):
+            DaskWorkers(cluster.address)
 
 
 def test_a_call_that_is_cancelled_keeps_nobody_waiting(tmp_path):
