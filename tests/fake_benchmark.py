@@ -35,6 +35,11 @@ from dressing_sim.episode.rules import Failure, Outcome
 DEADLINE = 180.0
 
 
+def by_process():
+    """Numerics that are others in each process, as on processors of two kinds."""
+    return {"fingerprint": str(os.getpid()), "blas": f"openblas {os.getpid()}"}
+
+
 class Threads(Workers):
     """Workers that cannot die; counts what is in flight."""
 

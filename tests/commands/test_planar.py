@@ -75,5 +75,5 @@ def test_unusable_arguments_are_errors(arguments, message):
 def test_a_missing_file_is_one_line_and_exit_code_2(tmp_path):
     run = shell("--demos", str(tmp_path / "none.npz"))
     assert run.returncode == 2
-    assert run.stderr.strip().splitlines() == [f"error: no file {tmp_path / 'none.npz'}"]
+    assert run.stderr.strip().splitlines() == [f"dressing-sim: no file {tmp_path / 'none.npz'}"]
     assert run.stdout == ""

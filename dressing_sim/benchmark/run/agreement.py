@@ -3,24 +3,25 @@
 Where the numerics have the recorded fingerprint, and no other reason for a difference is known,
 every bit must be the same. On another kind of processor the last bits of a product or of a sine
 differ, and an episode carries them on: there the verdict must be the same, and numbers must be so
-within `RELATIVE` and `ABSOLUTE`.
+within `RELATIVE`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from dressing_sim.benchmark.run.differences import leaves, tell
 
-#: Largest difference between numbers of different numerics, in relation to the larger of them.
+#: Largest difference between numbers of different numerics, in relation to their size.
 #: Measured: 6e-10 at worst over twenty episodes with three other numerics (docs/benchmark.md).
 RELATIVE = 1e-6
 
-#: A number this close agrees whatever its size: a noise of rounding has no relation to its own
-#: size [in the number's unit: m, N, s or 1].
-ABSOLUTE = 1e-9
+#: Smaller numbers are compared as if they had this size, in their unit (m, N, s or 1): a noise of
+#: rounding has no relation to its own size.
+SMALL = 1e-3
 
 #: A recorded line has them, but they are no measurements.
 _NOT_MEASURED = ("versions", "provenance")
@@ -69,15 +70,11 @@ def compare(recorded: Mapping[str, Any], now: Mapping[str, Any], numerics: str =
     before, after = dict(leaves(one)), dict(leaves(other))
     unequal = [n for n in dict.fromkeys([*before, *after]) if not _same(n, before, after)]
     found = tell(before, after, unequal, "recorded", "now")
-    relative = [
-        abs(before[n] - after[n]) / max(abs(before[n]), abs(after[n]))
-        for n in unequal
-        if _numbers(n, before, after) and not abs(before[n] - after[n]) <= ABSOLUTE
-    ]
-    largest = max(relative, default=0.0)
+    apart = {n: _apart(n, before, after) for n in unequal}
+    largest = max((value for value in apart.values() if value < math.inf), default=0.0)
     if not numerics:
         return Agreement(found, found, largest, numerics)
-    far = [n for n in unequal if not _close(n, before, after)]
+    far = [n for n, value in apart.items() if not value <= RELATIVE]
     return Agreement(found, tell(before, after, far, "recorded", "now"), largest, numerics)
 
 
@@ -89,15 +86,17 @@ def _same(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> boo
     return name in before and name in after and repr(before[name]) == repr(after[name])
 
 
-def _numbers(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
-    """Whether both are numbers that are measured; seeds and counts are whole numbers, and exact."""
-    return isinstance(before.get(name), float) and isinstance(after.get(name), float)
+def _apart(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> float:
+    """How far two values are apart in relation to their size; infinite if they cannot be near."""
+    one, other = before.get(name), after.get(name)
+    if isinstance(one, str) and isinstance(other, str) and _is_text_of_a_failure(name):
+        return 0.0  # it has rounded numbers in it, which stand elsewhere in full
+    # Seeds and counts are whole numbers, and exact.
+    if not (isinstance(one, float) and isinstance(other, float)):
+        return math.inf
+    apart = abs(one - other) / max(abs(one), abs(other), SMALL)
+    return apart if math.isfinite(apart) else math.inf
 
 
-def _close(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
-    if name.startswith("failures.") and name.endswith(".detail"):
-        return name in before and name in after  # a text with rounded numbers in it
-    if not _numbers(name, before, after):
-        return False
-    one, other = before[name], after[name]
-    return bool(abs(one - other) <= max(ABSOLUTE, RELATIVE * max(abs(one), abs(other))))
+def _is_text_of_a_failure(name: str) -> bool:
+    return name.startswith("failures.") and name.endswith(".detail")

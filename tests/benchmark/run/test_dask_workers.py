@@ -5,12 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import distributed
 import pytest
-from fake_benchmark import dask_cluster, obey, run, small_plan, tries, wait_until
+from fake_benchmark import by_process, dask_cluster, obey, run, small_plan, tries, wait_until
 
+from dressing_sim import provenance
 from dressing_sim.benchmark.run import dask_workers
 from dressing_sim.benchmark.run.dask_workers import DaskWorkers
 from dressing_sim.benchmark.run.executors import Processes, completed
-from dressing_sim.episode import demonstration
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.provenance import versions
 
@@ -120,7 +120,7 @@ class OtherVersions:
         return versions() | {"mujoco": "0.1"}
 
     def __reduce__(self):
-        return getattr, (demonstration, "versions")
+        return getattr, (provenance, "versions")
 
 
 def test_a_worker_with_other_versions_is_refused(tmp_path, monkeypatch):
@@ -130,6 +130,15 @@ def test_a_worker_with_other_versions_is_refused(tmp_path, monkeypatch):
         pytest.raises(InvalidInputError, match=r"has mujoco [1-9].*, valid is 0\.1"),
     ):
         DaskWorkers(cluster.address)
+
+
+def test_workers_that_compute_different_bits_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(dask_workers, "numerics", by_process)
+    with dask_cluster(tmp_path, 2) as cluster:
+        with distributed.Client(cluster.address, set_as_default=False) as client:
+            client.wait_for_workers(2)
+        with pytest.raises(InvalidInputError, match=r"different bits \(blas openblas \d+ on tcp"):
+            DaskWorkers(cluster.address)
 
 
 def test_a_call_that_is_cancelled_keeps_nobody_waiting(tmp_path):

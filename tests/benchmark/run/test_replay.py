@@ -139,6 +139,31 @@ def test_the_command_fails_if_the_outcome_is_another(tampered, capsys):
     assert values["differences"][0] in output.err
 
 
+@pytest.fixture
+def elsewhere(tampered):
+    """The tampered run, as if a processor of another kind had computed it."""
+    path = tampered / "settings.json"
+    before = path.read_text()
+    values = json.loads(before)
+    values["provenance"]["numerics"] |= {"fingerprint": "0123456789ab", "blas": "openblas SkylakeX"}
+    path.write_text(json.dumps(values))
+    yield tampered
+    path.write_text(before)
+
+
+def test_on_another_kind_of_processor_the_last_bits_are_no_difference(elsewhere, capsys):
+    assert replay_episode(load_run(elsewhere), LEARNED).differences == []
+    main(["replay", str(elsewhere), str(LEARNED)])
+    told = capsys.readouterr().out.splitlines()[-1]
+    assert told.startswith("the same verdict as recorded, numbers within ")
+    assert "openblas SkylakeX recorded, openblas" in told
+    main(["replay", str(elsewhere), str(LEARNED), "--json"])
+    values = json.loads(capsys.readouterr().out)
+    assert (values["identical"], values["agrees"]) == (False, True)
+    assert values["differences"][0].startswith("figures.strain: ")
+    assert "SkylakeX" in values["numerics"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
