@@ -21,8 +21,9 @@ import psutil
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run.executors import Processes
 from dressing_sim.benchmark.run.plan import make_plan
-from dressing_sim.benchmark.run.runner import run_plan
 from dressing_sim.benchmark.run.store import open_run
+from dressing_sim.benchmark.studies import find_study
+from dressing_sim.benchmark.studies.study import run_jobs
 
 
 def watch(stop: threading.Event, largest: list[int]) -> None:
@@ -43,7 +44,7 @@ def measure(workers: int, suite: str) -> float:
         begun = time.perf_counter()
         plan = make_plan(protocol, 0)
         with Processes(workers) as crew, open_run(Path(folder) / "run", plan, False) as run:
-            run_plan(run, crew)
+            run_jobs(find_study(protocol.study), run, crew)
         return time.perf_counter() - begun
 
 

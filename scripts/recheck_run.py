@@ -16,11 +16,11 @@ import numpy as np
 from dressing_sim.benchmark.analysis.failures import verdict
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.executors import Processes, completed
-from dressing_sim.benchmark.run.replay import learned_source
-from dressing_sim.benchmark.run.runner import dress_job
+from dressing_sim.benchmark.run.lines import parse_episode
+from dressing_sim.benchmark.run.runner import dress_job, learned_source
 from dressing_sim.benchmark.run.store import load_run
-from dressing_sim.benchmark.studies.convergence import FINEST, settings
 from dressing_sim.benchmark.studies.convergence_summary import agreement
+from dressing_sim.benchmark.studies.convergence_trials import FINEST, settings
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.system import processors
@@ -45,7 +45,7 @@ def main() -> None:
         run = load_run(chosen.run)
     except InvalidInputError as error:
         parser.error(str(error))
-    recorded = {result.index: result.outcome for result in run.results}
+    recorded = {line["index"]: parse_episode(run.plan, line).outcome for line in run.lines}
     drawn = np.random.default_rng(chosen.seed).permutation(sorted(recorded))[: chosen.episodes]
     config = next(s.config for s in settings(run.plan.config) if s.name == chosen.setting)
     same, dressed, void = 0, [0, 0], 0

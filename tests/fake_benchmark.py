@@ -22,14 +22,18 @@ import numpy as np
 import psutil
 
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.benchmark.run import runner
 from dressing_sim.benchmark.run.executors import Workers
 from dressing_sim.benchmark.run.plan import demonstration_seed, make_plan
-from dressing_sim.benchmark.run.runner import Work, run_plan
+from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import open_run
+from dressing_sim.benchmark.studies import STUDIES
+from dressing_sim.benchmark.studies.study import run_jobs
+from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.cli import main
 from dressing_sim.episode.demonstration import Demonstration
+from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.world.scene import grip_start
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.
 DEADLINE = 180.0
@@ -79,6 +83,14 @@ def fake_demonstrate(folder, plan_seed, posture, number, config):
     obey(folder, f"demonstration-{posture.name}")
     line = np.linspace(posture.wrist, posture.shoulder, 30) + seed * 1e-12
     return Demonstration(line, 0.05, posture, seed, np.zeros((30, 7)))
+
+
+def steady_demonstrate(plan_seed, posture, number, config):
+    """What the operator would do, without a world."""
+    seed = demonstration_seed(plan_seed, posture, number, 0)
+    start = grip_start(posture, config.world.sleeve)
+    path = Operator().path(posture, start, np.random.default_rng(seed))
+    return Demonstration(path, 0.02, posture, seed, np.zeros((len(path), 7)))
 
 
 def fake_fit(folder, name, seed, demonstrations):
@@ -191,7 +203,7 @@ def run_script():
     # Tests that were begun in the background of a script ignore Ctrl-C, and so would this process.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     folder = Path(sys.argv.pop(1))
-    runner.run_plan = partial(runner.run_plan, work=fake_work(folder))
+    STUDIES["success"] = partial(Success, fake_work(folder))
     main(sys.argv[1:])
 
 
@@ -204,7 +216,7 @@ def small_plan(folder):
 def run(folder, plan, workers):
     """Run a plan; returns the bytes of its episodes."""
     with open_run(folder / "run", plan) as opened:
-        run_plan(opened, workers, work=fake_work(folder))
+        run_jobs(Success(fake_work(folder)), opened, workers)
     return (folder / "run/episodes.jsonl").read_bytes()
 
 

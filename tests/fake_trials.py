@@ -1,6 +1,6 @@
 """Made-up trials of a convergence study."""
 
-from dressing_sim.benchmark.studies.convergence import (
+from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
     FINEST,
@@ -23,15 +23,24 @@ def outcome(failures=(), strain=0.1, void=None):
 
 def trials(n=10, seconds=1.0, **changed):
     """All succeed, but `changed` maps a setting's name to {posture number: outcome}."""
-    made = []
-    for setting in CHOSEN:
-        other = changed.get(setting.name.split()[0], {})
-        made += [
-            Trial(setting.name, kind, f"p{i}", other.get(i, outcome()), seconds)
-            for kind in PATHS
-            for i in range(n)
-        ]
-    return made
+    places = [(setting, kind, i) for setting in CHOSEN for kind in PATHS for i in range(n)]
+    return [
+        Trial(
+            index,
+            setting.name,
+            kind,
+            f"p{i}",
+            changed.get(setting.name.split()[0], {}).get(i, outcome()),
+            seconds,
+        )
+        for index, (setting, kind, i) in enumerate(places)
+    ]
+
+
+def fake_simulate(job, seed):
+    """A success throughout; with seed 7 stuck throughout."""
+    verdict = outcome(STUCK) if seed == 7 else outcome()
+    return Trial(job.index, job.setting.name, job.path, job.posture.name, verdict, 1.0)
 
 
 def row(summary, name):

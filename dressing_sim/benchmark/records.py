@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, TypeAlias
 
 from dressing_sim.arm import Posture
-from dressing_sim.episode.rules import Outcome
+from dressing_sim.episode.rules import Failure, Outcome, in_order
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Inputs
 from dressing_sim.policies.registry import known_name, learns
+
+__all__ = ["Entry", "EpisodeResult", "Failure", "Json", "Outcome", "Protocol", "in_order"]
+
+#: A value as JSON knows it.
+Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +23,9 @@ class Entry:
     """One row of a table.
 
     Attributes:
-        policy: Name of the policy.
-        demonstrations: Suite of the postures it was shown, ``NAME:n`` for the first n of them, or
-            None for the expert.
+        policy: Name of the policy, with hyper-parameters after a ``?`` if others than usual.
+        demonstrations: Suite of the postures it learned from, ``NAME:n`` for the first n of them,
+            or None for the expert.
         variation: What is drawn anew for each episode, of `dressing_sim.episode.variation.FACTORS`.
         inputs: The policy's class of inputs; a plan says it, and rows are the same whatever it is.
     """
@@ -29,6 +34,18 @@ class Entry:
     demonstrations: str | None = None
     variation: tuple[str, ...] = ()
     inputs: Inputs = field(default="frames", compare=False)
+
+    @property
+    def stem(self) -> str:
+        """The policy's name without hyper-parameters."""
+        return self.policy.partition("?")[0]
+
+    @property
+    def label(self) -> str:
+        """The row in words."""
+        learned = f" on {self.demonstrations}" if self.demonstrations else ""
+        varied = f", {' and '.join(self.variation)} varied" if self.variation else ""
+        return f"{self.policy}{learned}{varied}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a summary."""
@@ -52,14 +69,14 @@ class Protocol:
         suite: Test postures.
         entries: Its rows.
         demonstration_sets: How often the demonstrated postures are demonstrated.
-        kind: Whether success in episodes is measured, or the cost of Algorithm 1 alone.
+        study: Name of the study that measures it.
     """
 
     name: str
     suite: str
     entries: tuple[Entry, ...]
     demonstration_sets: int = 1
-    kind: Literal["episodes", "cost"] = "episodes"
+    study: str = "success"
 
     def __post_init__(self) -> None:
         if self.demonstration_sets < 1:
@@ -70,12 +87,12 @@ class Protocol:
 
     def with_policies(self, names: Sequence[str]) -> Protocol:
         """The same test with other policies, each learning from every suite of demonstrations."""
-        shown = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
+        suites = dict.fromkeys(e.demonstrations for e in self.entries if e.demonstrations)
         variations = dict.fromkeys(e.variation for e in self.entries)
         entries = [
             Entry(name, demonstrations, variation)
             for name in dict.fromkeys(map(known_name, names))
-            for demonstrations in (shown if learns(name) else [None])
+            for demonstrations in (suites if learns(name) else [None])
             for variation in variations
         ]
         return replace(self, entries=tuple(entries))
@@ -99,6 +116,7 @@ class EpisodeResult:
         seed: Of the operator's variability.
         variation: What was drawn for this episode, by factor.
         outcome: The verdict.
+        extra: What a study finds out beyond that, plain values by name; nothing in most.
     """
 
     index: int
@@ -108,3 +126,4 @@ class EpisodeResult:
     seed: int
     variation: Mapping[str, Any]
     outcome: Outcome
+    extra: Mapping[str, Json] = field(default_factory=dict)

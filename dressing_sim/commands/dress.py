@@ -110,12 +110,12 @@ def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:
     from dressing_sim.benchmark.run.runner import record_demonstration
     from dressing_sim.episode.config import EpisodeConfig
     from dressing_sim.episode.demonstration import load_demonstrations
-    from dressing_sim.suites.suites import shown_postures
+    from dressing_sim.suites.suites import demonstration_postures
 
     if is_file(demonstrations) and h5py.is_hdf5(demonstrations):
         return load_demonstrations(demonstrations)
     recorded = []
-    for posture in shown_postures(demonstrations):
+    for posture in demonstration_postures(demonstrations):
         print(f"demonstrating on {posture.name}", file=sys.stderr)
         recorded.append(record_demonstration(seed, posture, 0, EpisodeConfig()))
     return recorded

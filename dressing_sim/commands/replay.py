@@ -42,12 +42,14 @@ def replay(
     from dressing_sim.benchmark.run.origin import Origin
     from dressing_sim.benchmark.run.replay import replay_episode
     from dressing_sim.benchmark.run.store import load_run
+    from dressing_sim.benchmark.studies import find_study
     from dressing_sim.numerics import numerics
 
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared
     film = new_film(video, camera, fps, width, height)
-    again = replay_episode(run, episode, None if film is None else film.expose)
+    study = find_study(run.plan.protocol.study)
+    again = replay_episode(study, run, episode, None if film is None else film.expose)
     result, agreement = again.result, again.agreement
     if json:
         values = {

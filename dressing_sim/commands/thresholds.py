@@ -47,22 +47,16 @@ def thresholds(
         seed: of the operator's variability, and of the policies' own randomness.
         workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results; a finished run in it is replaced.
-        resume: continue the run in the folder, if there is one, with the same settings.
+        resume: continue the run in the folder, if there is one, with the same config.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.report.write import write_report
     from dressing_sim.benchmark.run.executors import Processes
-    from dressing_sim.benchmark.run.plan import make_plan
     from dressing_sim.benchmark.run.progress import show_progress
-    from dressing_sim.benchmark.run.runner import Work, run_plan
-    from dressing_sim.benchmark.run.store import open_run
-    from dressing_sim.benchmark.studies.thresholds import PROTOCOL, dress_job
-    from dressing_sim.benchmark.studies.thresholds_document import thresholds_document
-    from dressing_sim.benchmark.studies.thresholds_summary import summarise
-    from dressing_sim.config import to_plain
-    from dressing_sim.episode.config import EpisodeConfig
+    from dressing_sim.benchmark.studies import find_study
+    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.benchmark.studies.thresholds import PROTOCOL, thresholds_plan
 
     protocol = replace(PROTOCOL, suite=suite)
     if policies is not None:
@@ -70,24 +64,26 @@ def thresholds(
     count = processors() if workers is None else workers
     check_positive("workers", count)
     check_seed(seed)
+    plan = thresholds_plan(protocol, seed)
     check_writable(out / "report.md")
-    config = EpisodeConfig(protective_stop=False)
-    plan = make_plan(protocol, seed, config)
+    study = find_study(protocol.study)
     with (
         resumable(),
         Processes(count) as crew,
-        open_run(out, plan, resume, crew.numerics, accept_numerics) as folder,
         show_progress(Console(stderr=True)) as progress,
     ):
-        results = run_plan(folder, crew, progress, Work(dress=dress_job))
-        summary = summarise(
-            protocol, results, config.thresholds, {"seed": seed, "episode": to_plain(config)}
+        finished = run_study(
+            study,
+            plan,
+            crew,
+            out,
+            resume=resume,
+            accept_numerics=accept_numerics,
+            progress=progress,
+            command=command_line(),
         )
-        summary["provenance"] = dict(folder.origin.provenance)
-        document = thresholds_document(summary, command_line())
-        write_report(out, document, summary)
     if json:
-        print(json_format.dumps(summary, indent=2))
+        print(json_format.dumps(finished.summary, indent=2))
     else:
-        print_document(document)
+        print_document(finished.document)
         print(f"written to {out}/: report.md, report.html, thresholds.svg, summary.json")

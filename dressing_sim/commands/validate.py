@@ -12,8 +12,8 @@ from dressing_sim.commands.options import (
     check_seed,
     command_line,
     names,
+    resumable,
 )
-from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 from dressing_sim.system import processors
 
@@ -25,6 +25,8 @@ def validate(
     seed: int = 0,
     workers: int | None = None,
     out: Path = Path("results/validate"),
+    resume: bool = False,
+    accept_numerics: bool = False,
     json: bool = False,
 ) -> None:
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
@@ -47,54 +49,46 @@ def validate(
             (a converged solver), which are always included.
         seed: of the operator's variability.
         workers: processes, as many as processors unless given; verdicts do not depend on it.
-        out: folder for the results.
+        out: folder for the results; a finished run in it is replaced.
+        resume: continue the run in the folder, if there is one, with the same config.
+        accept_numerics: continue it on another kind of processor too, where the last bits differ.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.report.write import write_report
     from dressing_sim.benchmark.run.executors import Processes
     from dressing_sim.benchmark.run.progress import show_progress
-    from dressing_sim.benchmark.run.store import SETTINGS
-    from dressing_sim.benchmark.studies.convergence import (
-        CONVERGED,
-        DEFAULT,
-        FINEST,
-        settings,
-        write_trials,
-    )
-    from dressing_sim.benchmark.studies.convergence import validate as study
-    from dressing_sim.benchmark.studies.convergence_document import convergence_document
-    from dressing_sim.benchmark.studies.convergence_summary import compare
-    from dressing_sim.provenance import provenance
-    from dressing_sim.suites.suites import load_suite
+    from dressing_sim.benchmark.studies import find_study
+    from dressing_sim.benchmark.studies.convergence import convergence_plan
+    from dressing_sim.benchmark.studies.study import run_study
 
-    workers = processors() if workers is None else workers
-    check_positive("workers", workers)
+    count = processors() if workers is None else workers
+    check_positive("workers", count)
     check_positive("postures", postures)
     check_seed(seed)
-    chosen = settings()
-    if only is not None:
-        wanted = {name for name in names(only) if name}
-        unknown = sorted(wanted - {setting.name for setting in chosen})
-        if unknown:
-            valid = ", ".join(setting.name for setting in chosen)
-            raise InvalidInputError(f"unknown setting {unknown[0]!r}; valid is one of {valid}")
-        chosen = tuple(s for s in chosen if s.name in {DEFAULT, FINEST, CONVERGED, *wanted})
-    arms = load_suite(suite)[:postures]
+    wanted = None if only is None else [name for name in names(only) if name]
+    plan = convergence_plan(suite, postures, wanted, seed)
     check_writable(out / "report.md")
-    if (out / SETTINGS).exists():
-        raise InvalidInputError(f"{out} holds a run of another command; choose another --out")
-    with Processes(workers) as crew, show_progress(Console(stderr=True)) as progress:
-        trials = study(arms, chosen, crew, seed, progress)
-    summary = {**compare(trials, chosen), "provenance": provenance()}
-    document = convergence_document(trials, summary, command_line())
-    write_trials(out, trials)
-    write_report(out, document, summary)
+    study = find_study(plan.protocol.study)
+    with (
+        resumable(),
+        Processes(count) as crew,
+        show_progress(Console(stderr=True)) as progress,
+    ):
+        finished = run_study(
+            study,
+            plan,
+            crew,
+            out,
+            resume=resume,
+            accept_numerics=accept_numerics,
+            progress=progress,
+            command=command_line(),
+        )
     if json:
-        print(json_format.dumps(summary, indent=2))
+        print(json_format.dumps(finished.summary, indent=2))
     else:
-        print_document(document)
+        print_document(finished.document)
         files = "report.md, report.html, convergence.svg, summary.json, episodes.jsonl"
         print(f"written to {out}/: {files}")
-    if not summary["passed"]:
+    if not finished.summary["passed"]:
         raise SystemExit(1)

@@ -146,7 +146,7 @@ def write_suite(
     write_text(path, "\n".join(["{", *lines, '  "postures": [', entries, "  ]", "}", ""]))
 
 
-def shown_postures(name: str) -> list[Posture]:
+def demonstration_postures(name: str) -> list[Posture]:
     """Postures to demonstrate on: those of a suite, or with ``NAME:n`` its first n.
 
     Raises:

@@ -7,22 +7,23 @@ from functools import partial
 import pytest
 from fake_benchmark import (
     dask_cluster,
-    fake_work,
     is_running,
     start,
+    steady_demonstrate,
     tries,
     wait_until,
     write_suite,
 )
 
 from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
-from dressing_sim.benchmark.run import runner
+from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import load_run
-from dressing_sim.benchmark.studies import cost
+from dressing_sim.benchmark.studies import STUDIES, cost, study
+from dressing_sim.benchmark.studies.cost import Cost
 from dressing_sim.cli import main
 from dressing_sim.episode import demonstration as demonstrations
-from dressing_sim.policies.paper import left_open
-from dressing_sim.suites.suites import load_suite
+from dressing_sim.learning import AugmentOptions
+from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, left_open
 
 
 @pytest.fixture
@@ -223,7 +224,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(more, part, capsys, tmp_pa
     def fails(*_arguments, **_settings):
         raise AssertionError("a simulation was started")
 
-    monkeypatch.setattr(runner, "run_plan", fails)
+    monkeypatch.setattr(study, "run_jobs", fails)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.txt").write_text("in the way")
     with pytest.raises(SystemExit) as stopped:
@@ -264,32 +265,20 @@ def test_evaluate_writes_its_files_and_prints_the_summary(capsys, tmp_path, post
     assert "episodes: 1 of 1" in output.err
 
 
-def test_the_cost_protocol_records_both_cases_and_writes_its_report(capsys, tmp_path, monkeypatch):
-    asked = {}
-
-    def run_paper_cost(executor, recorded, seed, progress):
-        asked.update({name: [d.posture.name for d in shown] for name, shown in recorded.items()})
-        assert executor.submit(abs, -seed).result() == seed
-        paper = {"cost": [1.0], "discarded": [0.0]}
-        row = {"policy": "tp-gmm-rf", "demonstrations": "case_a", "n_demonstrations": 2}
-        step = {"n": 0, "n_reached": 1}
-        for name in ("cost", "discarded", "cost_of_all"):
-            step |= {name: 1.0, f"{name}_ci95": [1.0, 1.0]}
-        row |= {"n_runs": 1, "seconds_median": 0.1, "steps": [step]}
-        return {"rows": [row], "paper": paper, "versions": {}, "config": {"seed": seed}}
-
-    work = fake_work(tmp_path)
-    monkeypatch.setattr(
-        runner, "record_demonstrations", partial(runner.record_demonstrations, work=work)
-    )
-    monkeypatch.setattr(cost, "run_paper_cost", run_paper_cost)
+def test_the_cost_protocol_learns_from_both_cases_and_writes_its_report(
+    capsys, tmp_path, monkeypatch
+):
+    config = AugmentedTPGMMConfig(options=AugmentOptions(max_iterations=1), samples=60)
+    quick = partial(Cost, Work(demonstrate=steady_demonstrate), config)
+    monkeypatch.setitem(STUDIES, "cost", quick)
+    monkeypatch.setattr(cost, "RUNS", 1)
     out = tmp_path / "out"
     main(["evaluate", "--protocol", "paper-cost", "--out", str(out), "--seed", "2", "--json"])
     summary = json.loads(capsys.readouterr().out)
-    assert summary["config"] == {"seed": 2}
+    assert summary["config"]["seed"] == 2
     assert json.loads((out / "summary.json").read_text()) == summary
+    rows = [(row["policy"], row["demonstrations"]) for row in summary["rows"]]
+    assert rows == [(policy, case) for case in ("case_a", "case_b") for policy in AUGMENTED]
     assert "| tp-gmm-rf | case_a | 2 + 0 |" in (out / "report.md").read_text()
     assert (out / "cost.svg").is_file()
-    assert asked == {
-        name: [posture.name for posture in load_suite(name)] for name in ("case_a", "case_b")
-    }
+    assert load_run(out).plan.protocol.study == "cost"

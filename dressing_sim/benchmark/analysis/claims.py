@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from dressing_sim.benchmark.analysis.comparisons import label, rows_by_entry
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
 from dressing_sim.benchmark.analysis.hypotheses import (
     AUGMENTED,
     BASELINE,
@@ -30,10 +30,6 @@ from dressing_sim.benchmark.analysis.statistics import (
     wilson_interval,
 )
 from dressing_sim.benchmark.records import Entry
-from dressing_sim.episode.rules import Outcome
-
-if TYPE_CHECKING:
-    from dressing_sim.benchmark.records import EpisodeResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +61,18 @@ class Claim:
         }
 
 
-def judge_claims(results: Sequence[EpisodeResult], rng: np.random.Generator) -> list[Claim]:
+def judge_claims(episodes: EpisodeTable, rng: np.random.Generator) -> list[Claim]:
     """Verdicts on the paper's claims.
 
     Args:
-        results: Episodes of a protocol; only nominal rows (without variation) are looked at.
+        episodes: Those of a protocol; only nominal rows (without variation) are looked at.
         rng: Source of randomness, of which one number is drawn, as `comparisons` does: with two
             generators alike, the same comparison reads the same in both.
 
     Returns:
-        The claims whose rows are all among the results.
+        The claims whose rows are all among the episodes.
     """
-    rows = rows_by_entry(results)
+    rows = episodes.rows
     seed = int(rng.integers(2**32))
     claims = [
         _claim(hypothesis, rows, seed)
@@ -87,7 +83,7 @@ def judge_claims(results: Sequence[EpisodeResult], rng: np.random.Generator) -> 
     if candidates and BASELINE in rows:
         claims.append(_best_matches_baseline(candidates, rows, seed))
     if BASELINE in rows:
-        claims.append(_baseline_fails_at_the_elbow(results, seed))
+        claims.append(_baseline_fails_at_the_elbow(episodes.of_entry(BASELINE), seed))
     learned = [Entry(policy, shown) for policy, shown in PAPER_TABLE]
     if all(entry in rows for entry in learned):
         claims.append(_every_policy_fails_somewhere(learned, rows))
@@ -127,25 +123,24 @@ def _best_matches_baseline(candidates: list[Entry], rows: Mapping[Entry, Row], s
     )
 
 
-def _at_elbow(outcome: Outcome) -> bool:
-    return any(f.reason == "stuck" and f.where == "elbow" for f in outcome.failures)
-
-
-def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult], seed: int) -> Claim:
+def _baseline_fails_at_the_elbow(baseline: EpisodeTable, seed: int) -> Claim:
     """Whether in most of the baseline's failed episodes the sleeve is caught at the elbow."""
+    failed = baseline.where(baseline.valid & ~baseline.success)
     at_elbow = {
-        (r.demonstration_set, r.posture.name): _at_elbow(r.outcome)
-        for r in results
-        if r.entry == BASELINE and r.outcome.invalid is None and not r.outcome.success
+        (number, posture): any(f.reason == "stuck" and f.where == "elbow" for f in failures)
+        for number, posture, failures in zip(
+            failed.sets.tolist(), failed.postures, failed.failures, strict=True
+        )
     }
     over_sets = rate_interval_over_sets(at_elbow, np.random.default_rng(seed))
-    n, n_failed = sum(at_elbow.values()), len(at_elbow)
+    caught = Rate.of(at_elbow.values())
+    n, n_failed = caught.n_success, caught.n
     low, high = over_sets or wilson_interval(n, n_failed)
     return Claim(
         "baseline_fails_at_elbow",
         "where the seven-demonstration baseline fails, it is stuck at the elbow",
         "confirmed" if low > 0.5 else "refuted" if high < 0.5 else "undecided",
-        f"in {n} of {n_failed} failures of {label(BASELINE)} the sleeve was stuck at the elbow, "
+        f"in {n} of {n_failed} failures of {BASELINE.label} the sleeve was stuck at the elbow, "
         f"95 % interval {100 * low:.0f} to {100 * high:.0f} %",
         {
             "n_failed": n_failed,
@@ -158,9 +153,10 @@ def _baseline_fails_at_the_elbow(results: Sequence[EpisodeResult], seed: int) ->
 
 def _every_policy_fails_somewhere(entries: list[Entry], rows: Mapping[Entry, Row]) -> Claim:
     """A fact about the postures of the test, so without an interval."""
-    failures = {entry: list(rows[entry].values()).count(False) for entry in entries}
+    rates = {entry: Rate.of(rows[entry].values()) for entry in entries}
+    failures = {entry: rate.n_failed for entry, rate in rates.items()}
     faultless = [
-        entry for entry in entries if rows[entry] and all(s is True for s in rows[entry].values())
+        entry for entry, rate in rates.items() if rate.n and not rate.n_failed + rate.n_void
     ]
     verdict: Verdict = "confirmed" if all(failures.values()) else "undecided"
     fewest = min(entries, key=lambda entry: failures[entry])
@@ -168,10 +164,9 @@ def _every_policy_fails_somewhere(entries: list[Entry], rows: Mapping[Entry, Row
         "every_policy_fails_somewhere",
         "every TP-GMM fails to dress at least one posture",
         "refuted" if faultless else verdict,
-        f"fewest failures: {label(fewest)}, {failures[fewest]} of "
-        f"{sum(success is not None for success in rows[fewest].values())}",
+        f"fewest failures: {fewest.label}, {failures[fewest]} of {rates[fewest].n}",
         {
-            "n_failures": {label(entry): n for entry, n in failures.items()},
+            "n_failures": {entry.label: n for entry, n in failures.items()},
             "criterion": "refuted if a policy dressed every posture of the test",
         },
     )
@@ -179,9 +174,9 @@ def _every_policy_fails_somewhere(entries: list[Entry], rows: Mapping[Entry, Row
 
 def _sentence(entries: Sequence[Entry], measured: Contrast) -> str:
     if not measured.n:
-        return f"no valid episode in common: {', '.join(map(label, entries))}"
+        return f"no valid episode in common: {', '.join(entry.label for entry in entries)}"
     rates = ", ".join(
-        f"{label(entry)} {100.0 * successes / measured.n:.3g} %"
+        f"{entry.label} {100.0 * successes / measured.n:.3g} %"
         for entry, successes in zip(entries, measured.successes, strict=True)
     )
     what = "difference" if len(entries) == 2 else "difference of gains"

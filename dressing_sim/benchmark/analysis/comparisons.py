@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from dressing_sim.benchmark.analysis.statistics import Row, compare
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
+from dressing_sim.benchmark.analysis.statistics import compare
 from dressing_sim.benchmark.records import Entry
-from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.hyperparameters import split_name
-
-if TYPE_CHECKING:
-    from dressing_sim.benchmark.records import EpisodeResult
 
 #: The policy without synthetic demonstrations; the names of augmented ones begin with it.
 INITIAL = "tp-gmm"
@@ -23,48 +19,22 @@ INITIAL = "tp-gmm"
 BASELINES = ("baseline7", "baseline7:7")
 
 
-def rows_by_entry(results: Sequence[EpisodeResult]) -> dict[Entry, Row]:
-    """Success by demonstration set and posture of each row, None where void.
-
-    Raises:
-        InvalidInputError: A row has two episodes with the same posture and set.
-    """
-    rows: dict[Entry, dict[tuple[int, str], bool | None]] = {}
-    for result in results:
-        row = rows.setdefault(result.entry, {})
-        key = result.demonstration_set, result.posture.name
-        if key in row:
-            raise InvalidInputError(
-                f"row {label(result.entry)}: posture {key[1]!r} with demonstration set {key[0]} "
-                "occurs twice; valid is once"
-            )
-        row[key] = None if result.outcome.invalid is not None else bool(result.outcome.success)
-    return dict(rows)
-
-
-def label(entry: Entry) -> str:
-    """A row in words."""
-    shown = f" on {entry.demonstrations}" if entry.demonstrations else ""
-    varied = f", {' and '.join(entry.variation)} varied" if entry.variation else ""
-    return f"{entry.policy}{shown}{varied}"
-
-
 def label_of(row: Mapping[str, Any]) -> str:
     """A row of a summary, or a side of a comparison, in words."""
-    return label(Entry(row["policy"], row["demonstrations"], tuple(row["variation"])))
+    return Entry(row["policy"], row["demonstrations"], tuple(row["variation"])).label
 
 
-def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> list[dict[str, Any]]:
+def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[str, Any]]:
     """Compare the pairs of rows that matter.
 
     Kinds: ``augmentation`` (augmented against the initial policy, same demonstrations),
     ``policy`` (any other policy against the initial one, same demonstrations),
     ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all four under
     the same variation; ``variation`` (a row under variation against the same row without);
-    ``settings`` (a policy with settings after a ``?`` against the same row without).
+    ``settings`` (a policy with hyper-parameters after a ``?`` against the same row without).
 
     Args:
-        results: Episodes of a protocol.
+        episodes: Those of a protocol.
         rng: Source of randomness. One number is drawn of it, from which every interval starts
             anew: no comparison depends on which others there are.
 
@@ -72,7 +42,7 @@ def comparisons(results: Sequence[EpisodeResult], rng: np.random.Generator) -> l
         ``{"kind", "a": {"policy", "demonstrations", "variation"}, "b": {...}}`` and what
         `Paired.to_dict` holds, of a less b.
     """
-    rows = rows_by_entry(results)
+    rows = episodes.rows
     seed = int(rng.integers(2**32))
     return [
         {
@@ -109,13 +79,11 @@ def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
         if a.variation and nominal in entries:
             yield "variation", a, nominal
     for a in entries:
-        stem, settings = split_name(a.policy)
-        chosen = replace(a, policy=stem)
-        if settings is not None and chosen in entries:
+        chosen = replace(a, policy=a.stem)
+        if a != chosen and chosen in entries:
             yield "settings", a, chosen
 
 
 def _initial(entry: Entry) -> Entry:
-    """The row without augmentation: same demonstrations, variation and settings after a ``?``."""
-    _, settings = split_name(entry.policy)
-    return replace(entry, policy=INITIAL if settings is None else f"{INITIAL}?{settings}")
+    """The row without augmentation: same demonstrations, variation and hyper-parameters."""
+    return replace(entry, policy=f"{INITIAL}{entry.policy.removeprefix(entry.stem)}")

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 #: More differences than this are counted only.
-_SHOWN = 12
+_LISTED = 12
 
 
 def differences(first: Any, second: Any, here: str, there: str) -> list[str]:
@@ -19,7 +19,7 @@ def differences(first: Any, second: Any, here: str, there: str) -> list[str]:
         there: What the second are called.
     """
     one, other = dict(leaves(first)), dict(leaves(second))
-    names = [n for n in dict.fromkeys([*one, *other]) if _shown(one, n) != _shown(other, n)]
+    names = [n for n in dict.fromkeys([*one, *other]) if _text(one, n) != _text(other, n)]
     return tell(one, other, names, here, there)
 
 
@@ -27,11 +27,11 @@ def tell(
     one: Mapping[str, Any], other: Mapping[str, Any], names: Sequence[str], here: str, there: str
 ) -> list[str]:
     """One line for each of the names of `leaves`, and one that counts those beyond the twelfth."""
-    lines = [f"{n}: {_shown(one, n)} {here}, {_shown(other, n)} {there}" for n in names[:_SHOWN]]
-    return lines + ([f"and {len(names) - _SHOWN} more"] if len(names) > _SHOWN else [])
+    lines = [f"{n}: {_text(one, n)} {here}, {_text(other, n)} {there}" for n in names[:_LISTED]]
+    return lines + ([f"and {len(names) - _LISTED} more"] if len(names) > _LISTED else [])
 
 
-def _shown(values: Mapping[str, Any], name: str) -> str:
+def _text(values: Mapping[str, Any], name: str) -> str:
     # The shortest text that gives the same number again; unlike numbers, NaN equals itself.
     return repr(values[name]) if name in values else "nothing"
 

@@ -14,7 +14,7 @@ from dressing_sim.numerics import unlike
 from dressing_sim.policies.registry import policy_sources
 from dressing_sim.provenance import provenance, versions
 
-#: In the settings of a run.
+#: In the config of a run.
 _KEY = "provenance"
 
 #: Within it: numerics that a run went on with, each with how many episodes were there before.
@@ -34,9 +34,9 @@ class Origin:
     versions: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, settings: Mapping[str, Any]) -> Self:
-        """From the settings of a run."""
-        return cls(settings.get(_KEY, {}), settings.get("versions", {}))
+    def of(cls, config: Mapping[str, Any]) -> Self:
+        """From the config of a run."""
+        return cls(config.get(_KEY, {}), config.get("versions", {}))
 
     @classmethod
     def here(cls, plan: Plan, numerics: Mapping[str, str]) -> Self:
@@ -83,9 +83,9 @@ class Origin:
         later = [*self.provenance.get(_LATER, ()), step]
         return Origin({**self.provenance, _LATER: later}, self.versions)
 
-    def into(self, settings: Mapping[str, Any]) -> dict[str, Any]:
-        """The settings of a run with this origin, as its last key."""
-        return {**settings, _KEY: dict(self.provenance)}
+    def into(self, config: Mapping[str, Any]) -> dict[str, Any]:
+        """The config of a run with this origin, as its last key."""
+        return {**config, _KEY: dict(self.provenance)}
 
 
 def check_resumable(
@@ -99,8 +99,8 @@ def check_resumable(
 
     Args:
         path: The folder, for the text.
-        earlier: Its settings.
-        wanted: Settings of what shall go on, without an origin.
+        earlier: Its config.
+        wanted: Config of what shall go on, without an origin.
         now: Its origin.
         accept_numerics: Whether they may be others.
     """
@@ -111,7 +111,7 @@ def check_resumable(
     if found:
         told = "\n  ".join(found)
         raise InvalidInputError(
-            f"{path} holds a run with other settings; choose another --out\n  {told}"
+            f"{path} holds a run with another config; choose another --out\n  {told}"
         )
     other = origin.other_numerics(now.numerics[0])
     if other and not accept_numerics:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.records import Entry, Json, Protocol
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.variation import check_factors, vary
@@ -16,7 +16,7 @@ from dressing_sim.inputs import inputs_of
 from dressing_sim.policies.registry import learns, make_policy
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
-from dressing_sim.suites.suites import load_suite, shown_postures
+from dressing_sim.suites.suites import demonstration_postures, load_suite
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Job:
     variation_seed: int
 
     def situation(self, config: EpisodeConfig) -> tuple[Posture, EpisodeConfig, Mapping[str, Any]]:
-        """Posture and settings with this episode's variation, and what was drawn by factor."""
+        """Posture and config with this episode's variation, and what was drawn by factor."""
         varied = vary(self.posture, config, self.entry.variation, self.variation_seed)
         return varied.posture, varied.config, varied.drawn
 
@@ -55,14 +55,16 @@ class Plan:
             the policies' own randomness, and of variation.
         config: World, robot and rules.
         tested: Test postures.
-        shown: Postures to demonstrate on, by the name that entries use.
+        demonstrated: Postures to demonstrate on, by the name that entries use.
+        options: What the study alone needs to know, plain values.
     """
 
     protocol: Protocol
     seed: int
     config: EpisodeConfig
     tested: tuple[Posture, ...]
-    shown: Mapping[str, tuple[Posture, ...]]
+    demonstrated: Mapping[str, tuple[Posture, ...]]
+    options: Mapping[str, Json] = field(default_factory=dict)
 
     @property
     def jobs(self) -> list[Job]:
@@ -93,10 +95,11 @@ class Plan:
             "seed": self.seed,
             "episode": to_plain(self.config),
             "tested": [posture.to_dict() for posture in self.tested],
-            "shown": {
+            "demonstrated": {
                 name: [posture.to_dict() for posture in postures]
-                for name, postures in self.shown.items()
+                for name, postures in self.demonstrated.items()
             },
+            "options": dict(self.options),
             "versions": versions(),
         }
 
@@ -114,16 +117,22 @@ class Plan:
                 seed=int(values["seed"]),
                 config=from_plain(EpisodeConfig, values["episode"]),
                 tested=tuple(map(Posture.from_dict, values["tested"])),
-                shown={
+                demonstrated={
                     name: tuple(map(Posture.from_dict, postures))
-                    for name, postures in values["shown"].items()
+                    for name, postures in values["demonstrated"].items()
                 },
+                options=dict(values["options"]),
             )
         except (KeyError, TypeError, AttributeError) as error:
-            raise InvalidInputError(f"settings of a run: missing or damaged ({error})") from error
+            raise InvalidInputError(f"config of a run: missing or damaged ({error})") from error
 
 
-def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = None) -> Plan:
+def make_plan(
+    protocol: Protocol,
+    seed: int = 0,
+    config: EpisodeConfig | None = None,
+    options: Mapping[str, Json] | None = None,
+) -> Plan:
     """Look up everything that a protocol names, so that mistakes show before anything runs.
 
     Raises:
@@ -141,13 +150,14 @@ def make_plan(protocol: Protocol, seed: int = 0, config: EpisodeConfig | None = 
                 "from; valid is a suite of demonstrations"
             )
     protocol = replace(protocol, entries=tuple(entries))
-    shown = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
+    suites = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
     return Plan(
         protocol,
         seed,
         config or EpisodeConfig(),
         tuple(load_suite(protocol.suite)),
-        {name: tuple(shown_postures(name)) for name in shown},
+        {name: tuple(demonstration_postures(name)) for name in suites},
+        options or {},
     )
 
 

@@ -1,9 +1,9 @@
-"""How far a run is, with the success rate so far: a bar on a terminal, else a line now and then."""
+"""How far a run is: a bar on a terminal, else a line now and then."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 
@@ -18,8 +18,8 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bar
 
-from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.benchmark.run.runner import Progress
+#: Told about progress: the stage, how much of it is done, of how much, and how it goes in words.
+Progress = Callable[[str, int, int, str], None]
 
 #: Time between two lines where there is no terminal [s].
 INTERVAL = 30.0
@@ -32,7 +32,7 @@ _ESTIMATED_FROM = 600.0
 def show_progress(
     console: Console, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[Progress]:
-    """Show each stage on a console; what it yields is told about progress by `run_plan`.
+    """Show each stage on a console; what it yields a run tells about its progress.
 
     Args:
         console: Where to.
@@ -48,16 +48,16 @@ def show_progress(
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[success]}"),
+        TextColumn("{task.fields[note]}"),
     )
     bar = Bar(*columns, console=console, speed_estimate_period=_ESTIMATED_FROM)
     tasks: dict[str, TaskID] = {}
 
-    def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+    def tell(stage: str, done: int, total: int, note: str) -> None:
         if stage not in tasks:
             bar.start()  # not before there is something to show: an early error stays one line
-            tasks[stage] = bar.add_task(stage, total=total, completed=done, success="")
-        bar.update(tasks[stage], completed=done, success=_success(results))
+            tasks[stage] = bar.add_task(stage, total=total, completed=done, note="")
+        bar.update(tasks[stage], completed=done, note=note)
 
     try:
         yield tell
@@ -71,7 +71,7 @@ def _lines(console: Console, clock: Callable[[], float]) -> Progress:
     begun: dict[str, tuple[float, int]] = {}
     last = -INTERVAL
 
-    def tell(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
+    def tell(stage: str, done: int, total: int, note: str) -> None:
         nonlocal last
         now = clock()
         start, done_before = begun.setdefault(stage, (now, done))
@@ -83,18 +83,11 @@ def _lines(console: Console, clock: Callable[[], float]) -> Progress:
         if done_before < done < total:
             seconds = (now - start) / (done - done_before) * (total - done)
             left = f"{timedelta(seconds=round(seconds))} left"
-        text = ", ".join(filter(None, [f"{done} of {total}", _success(results), left]))
+        text = ", ".join(filter(None, [f"{done} of {total}", note, left]))
         console.print(f"{stage}: {text}", soft_wrap=True, highlight=False)
 
     return tell
 
 
-def _success(results: Sequence[EpisodeResult]) -> str:
-    valid = [result.outcome for result in results if result.outcome.invalid is None]
-    parts = []
-    if valid:
-        dressed = sum(outcome.success for outcome in valid)
-        parts.append(f"{dressed} of {len(valid)} dressed ({100 * dressed / len(valid):.0f} %)")
-    if len(valid) < len(results):
-        parts.append(f"{len(results) - len(valid)} void")
-    return ", ".join(parts)
+def silent(stage: str, done: int, total: int, note: str) -> None:
+    """No progress is shown."""

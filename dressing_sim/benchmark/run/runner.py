@@ -1,15 +1,17 @@
-"""Runs a plan: demonstrations, training, episodes, on as many workers as wanted."""
+"""What workers do for a run: demonstrate, learn, dress; and what is done before episodes begin."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.records import EpisodeResult, Json
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
 from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitting_seed
+from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
@@ -20,8 +22,7 @@ from dressing_sim.inputs import fit
 from dressing_sim.learning import Policy
 from dressing_sim.policies.registry import make_policy
 
-#: Told about progress: the stage, how much of it is done, and the outcomes of its episodes so far.
-Progress = Callable[[str, int, int, "Sequence[EpisodeResult]"], None]
+T = TypeVar("T")
 
 #: How often a demonstration is tried, each time with another seed, before it is an error.
 ATTEMPTS = 5
@@ -67,11 +68,15 @@ def dress_job(
 
 
 def job_result(
-    job: Job, posture: Posture, drawn: Mapping[str, Any], outcome: Outcome
+    job: Job,
+    posture: Posture,
+    drawn: Mapping[str, Any],
+    outcome: Outcome,
+    extra: Mapping[str, Json] | None = None,
 ) -> EpisodeResult:
     """What became of a job: the arm after variation, what was drawn for it, and the verdict."""
     return EpisodeResult(
-        job.index, job.entry, posture, job.demonstration_set, job.seed, drawn, outcome
+        job.index, job.entry, posture, job.demonstration_set, job.seed, drawn, outcome, extra or {}
     )
 
 
@@ -81,74 +86,34 @@ class Work:
 
     demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
     fit: Callable[[str, int, Sequence[Demonstration]], Policy] = fit_policy
-    dress: Callable[[Policy, Job, EpisodeConfig], EpisodeResult] = dress_job
-
-
-def run_plan(
-    folder: OpenRun, workers: Workers, progress: Progress | None = None, work: Work | None = None
-) -> list[EpisodeResult]:
-    """Measure what is not yet on disk.
-
-    Args:
-        folder: Holds the plan, and what of it is done.
-        workers: Where episodes run; results do not depend on how many there are.
-        progress: Told after each demonstration, policy and episode.
-        work: What the workers do.
-
-    Returns:
-        One result an episode, in the order of the plan.
-
-    Raises:
-        InvalidInputError: A policy's path is not valid.
-        DressingSimError: A demonstration failed, so nothing can be learned from it, or a worker
-            died twice under a demonstration or while a policy learned.
-    """
-    plan, work, report = folder.plan, work or Work(), progress or _silent
-    jobs = [job for job in plan.jobs if job.index not in folder.finished]
-    # Posture by posture: an arm's settled world is used by all rows, and a run that is cut short
-    # has compared them all on the same arms.
-    jobs.sort(key=lambda job: job.index % len(plan.tested))
-    shown = record_demonstrations(folder, workers, report, work)
-    sources = _fit(plan, jobs, shown, workers, report, work)
-    results, total = folder.results, len(plan.jobs)
-    report("episodes", len(results), total, results)
-    calls = ((job, (sources[_learned(job)], job, plan.config)) for job in jobs)
-    for job, future in completed(workers, work.dress, calls):
-        try:
-            result = future.result()
-        except WorkerDied as death:
-            result = job_result(job, job.posture, {}, Outcome(False, invalid=str(death)))
-        results.append(folder.append(result))
-        report("episodes", len(results), total, results)
-    folder.sort()
-    return folder.results
+    dress: Callable[..., EpisodeResult] = dress_job  # as `dress_job`
 
 
 def record_demonstrations(
-    folder: OpenRun, workers: Workers, progress: Progress | None = None, work: Work | None = None
+    folder: OpenRun, workers: Workers, progress: Progress = silent, work: Work | None = None
 ) -> dict[tuple[str, int], list[Demonstration]]:
     """Demonstrations by name and set; those in the folder are loaded, the others recorded into it.
 
     Raises:
         DressingSimError: A demonstration failed, or a worker died twice under it.
     """
-    plan, work, report = folder.plan, work or Work(), progress or _silent
+    plan, work = folder.plan, work or Work()
     wanted = _demonstrated(plan)
     missing = [place for place in wanted if not folder.demonstration_file(*place).exists()]
     done = len(wanted) - len(missing)
     if wanted:
-        report("demonstrations", done, len(wanted), ())
+        progress("demonstrations", done, len(wanted), "")
     calls = (((posture, k), (plan.seed, posture, k, plan.config)) for posture, k in missing)
     for place, future in completed(workers, work.demonstrate, calls):
         demonstration = _value(future, f"demonstrating on posture {place[0].name!r}")
         save_demonstrations(folder.demonstration_file(*place), [demonstration])
         done += 1
-        report("demonstrations", done, len(wanted), ())
+        progress("demonstrations", done, len(wanted), "")
     # Fresh ones are read back too, so that a resumed run learns from the same bits.
     recorded = {place: folder.load_demonstration(*place) for place in wanted}
     return {
         (name, number): [recorded[posture, number] for posture in suite]
-        for name, suite in plan.shown.items()
+        for name, suite in plan.demonstrated.items()
         for number in range(plan.protocol.demonstration_sets)
     }
 
@@ -168,50 +133,59 @@ def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
 
 def _demonstrated(plan: Plan) -> list[tuple[Posture, int]]:
     """Postures and sets; a posture that is in two suites is demonstrated once a set."""
-    postures = dict.fromkeys(posture for suite in plan.shown.values() for posture in suite)
+    postures = dict.fromkeys(posture for suite in plan.demonstrated.values() for posture in suite)
     return [(posture, n) for n in range(plan.protocol.demonstration_sets) for posture in postures]
 
 
 #: What a fitted policy depends on: its name, the demonstrations' name, and their set.
-_Learned = tuple[str, str | None, int]
+Learned: TypeAlias = tuple[str, str | None, int]
 
 
-def _learned(job: Job) -> _Learned:
+def learned_by(job: Job) -> Learned:
+    """What the policy of a job depends on."""
     return job.entry.policy, job.entry.demonstrations, job.demonstration_set
 
 
-def _fit(
-    plan: Plan,
-    jobs: Iterable[Job],
-    shown: Mapping[tuple[str, int], Sequence[Demonstration]],
-    workers: Workers,
-    report: Progress,
-    work: Work,
-) -> dict[_Learned, Policy]:
-    """What dresses in each of the jobs."""
-    sources: dict[_Learned, Policy] = {}
+def learned_sources(
+    folder: OpenRun, jobs: Iterable[Job], workers: Workers, progress: Progress, work: Work
+) -> dict[Learned, Policy]:
+    """What dresses in each of the jobs, once all is demonstrated and learned.
+
+    Raises:
+        DressingSimError: A demonstration failed, so nothing can be learned from it, or a worker
+            died twice under a demonstration or while a policy learned.
+    """
+    recorded = record_demonstrations(folder, workers, progress, work)
+    sources: dict[Learned, Policy] = {}
     calls = {}
     for job in jobs:
-        key = policy, demonstrations, number = _learned(job)
+        key = policy, demonstrations, number = learned_by(job)
         if demonstrations is None:
             sources[key] = make_policy(policy)
         else:
-            seed = fitting_seed(plan.seed, job.entry, number)
-            calls[key] = policy, seed, shown[demonstrations, number]
+            seed = fitting_seed(folder.plan.seed, job.entry, number)
+            calls[key] = policy, seed, recorded[demonstrations, number]
     if calls:
-        report("policies", 0, len(calls), ())
+        progress("policies", 0, len(calls), "")
     for done, (key, future) in enumerate(completed(workers, work.fit, calls.items()), start=1):
         sources[key] = _value(future, f"fitting policy {key[0]!r} to {key[1]}")
-        report("policies", done, len(calls), ())
+        progress("policies", done, len(calls), "")
     return sources
 
 
-def _value(future: Any, doing: str) -> Any:
+def learned_source(folder: RunFolder, job: Job, work: Work | None = None) -> Policy:
+    """What dresses in a job of a run: the operator, or the policy as it was, learned again."""
+    suite, number = job.entry.demonstrations, job.demonstration_set
+    if suite is None:
+        return make_policy(job.entry.policy)
+    postures = folder.plan.demonstrated[suite]
+    demonstrations = [folder.load_demonstration(posture, number) for posture in postures]
+    seed = fitting_seed(folder.plan.seed, job.entry, number)
+    return (work or Work()).fit(job.entry.policy, seed, demonstrations)
+
+
+def _value(future: Future[T], doing: str) -> T:
     try:
         return future.result()
     except WorkerDied as death:
         raise DressingSimError(f"{doing}: {death}") from death
-
-
-def _silent(stage: str, done: int, total: int, results: Sequence[EpisodeResult]) -> None:
-    """No progress is shown."""

@@ -1,4 +1,4 @@
-"""The folder of a run: settings, demonstrations, and one line an episode as soon as it ends."""
+"""The folder of a run: its config, demonstrations, and one line a job as soon as it is done."""
 
 from __future__ import annotations
 
@@ -12,75 +12,23 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.records import EpisodeResult, Protocol
+from dressing_sim.benchmark.records import Json
 from dressing_sim.benchmark.run.origin import Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
-from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
 from dressing_sim.numerics import numerics as this_numerics
-from dressing_sim.provenance import versions
 from dressing_sim.system import lock_file
 
-SETTINGS, EPISODES, SUMMARY = "settings.json", "episodes.jsonl", "summary.json"
+CONFIG, EPISODES, SUMMARY = "config.json", "episodes.jsonl", "summary.json"
 DEMONSTRATIONS = "demonstrations"
-
-#: The picture of a convergence study, which has no settings; a folder with one is none of a run.
-CONVERGENCE = "convergence.svg"
 
 #: A file that is locked while a run goes on; the others are replaced as they are written.
 _LOCK = ".lock"
 
 #: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
 _OWN_DEMONSTRATION = re.compile(r"set\d+-.*-[0-9a-f]{8}\.h5")
-
-
-def episode_line(protocol: Protocol, result: EpisodeResult) -> str:
-    """One line of ``episodes.jsonl``, without the newline."""
-    return json.dumps(
-        {
-            "index": result.index,
-            "protocol": protocol.name,
-            "policy": result.entry.policy,
-            "demonstrations": result.entry.demonstrations,
-            "demonstration_set": result.demonstration_set,
-            "posture": result.posture.to_dict(),
-            "seed": result.seed,
-            "variation": dict(result.variation),
-            **result.outcome.to_dict(),
-            "versions": versions(),
-        }
-    )
-
-
-def parse_line(plan: Plan, line: str) -> EpisodeResult:
-    """The inverse of `episode_line` for an episode of a plan.
-
-    Raises:
-        InvalidInputError: The line is damaged or of another run.
-    """
-    try:
-        values = json.loads(line)
-        entry = plan.protocol.entries[values["index"] // len(plan.tested)]
-        if (values["policy"], values["demonstrations"]) != (entry.policy, entry.demonstrations):
-            raise InvalidInputError(f"episode {values['index']} is of another run")
-        return EpisodeResult(
-            index=values["index"],
-            entry=entry,
-            posture=Posture.from_dict(values["posture"]),
-            demonstration_set=values["demonstration_set"],
-            seed=values["seed"],
-            variation=values["variation"],
-            outcome=Outcome(
-                success=values["success"],
-                failures=tuple(Failure(**failure) for failure in values["failures"]),
-                metrics=values["figures"],
-                invalid=values["void"],
-            ),
-        )
-    except (json.JSONDecodeError, KeyError, TypeError, IndexError) as error:
-        raise InvalidInputError(f"not an episode: {line:.60} ({error!r})") from error
 
 
 class RunFolder:
@@ -92,34 +40,35 @@ class RunFolder:
         origin: Where its episodes come from.
     """
 
-    def __init__(self, path: Path, settings: Mapping[str, Any], episodes: bytes) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any], episodes: bytes) -> None:
         self.path = path
-        self.plan = Plan.from_dict(settings)
-        self.origin = Origin.of(settings)
+        self.plan = Plan.from_dict(config)
+        self.origin = Origin.of(config)
         self._lines = dict(_indexed(episodes, path / EPISODES))
 
     @property
     def finished(self) -> frozenset[int]:
-        """Indices of the episodes that are on disk."""
+        """Indices of the jobs whose results are on disk."""
         return frozenset(self._lines)
 
     @property
-    def results(self) -> list[EpisodeResult]:
-        """The episodes on disk, in the order of the protocol."""
-        return [parse_line(self.plan, self._lines[index]) for index in sorted(self._lines)]
+    def lines(self) -> list[dict[str, Any]]:
+        """The lines on disk, in the order of their indices."""
+        return [self.line(index) for index in sorted(self._lines)]
 
-    def line(self, index: int) -> str:
-        """The line of an episode.
+    def line(self, index: int) -> dict[str, Any]:
+        """The line of a job, such as an episode.
 
         Raises:
             InvalidInputError: This episode is not there.
         """
         if index not in self._lines:
             raise InvalidInputError(
-                f"{self.path}: no episode {index}; valid is an index of {EPISODES}, "
-                f"0 to {len(self.plan.jobs) - 1}"
+                f"{self.path}: no episode {index}; valid is an index of {EPISODES}"
+                + (f", 0 to {max(self._lines)}" if self._lines else ", which is empty")
             )
-        return self._lines[index]
+        values: dict[str, Any] = json.loads(self._lines[index])
+        return values
 
     def demonstration_file(self, posture: Posture, demonstration_set: int) -> Path:
         """Where the demonstration on a posture is kept."""
@@ -147,26 +96,30 @@ class RunFolder:
 class OpenRun(RunFolder):
     """A run on disk that goes on, in this process alone; made by `open_run`."""
 
-    def __init__(self, path: Path, settings: Mapping[str, Any], file: BinaryIO) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any], file: BinaryIO) -> None:
         file.seek(0)
-        super().__init__(path, settings, file.read())
+        super().__init__(path, config, file.read())
         self._file = file
 
-    def append(self, result: EpisodeResult) -> EpisodeResult:
-        """Put an episode on disk; it is there, come what may, when this returns.
+    def append(self, values: Mapping[str, Json]) -> dict[str, Any]:
+        """Put a job's line on disk; it is there, come what may, when this returns.
+
+        Args:
+            values: What the line holds, its ``index`` first.
 
         Returns:
-            The episode as it will be read from the file.
+            The values as they will be read from the file.
         """
-        line = episode_line(self.plan.protocol, result)
+        line = json.dumps(values)
+        index, _ = next(_indexed(line.encode(), self.path / EPISODES))
         try:
             self._file.write(line.encode() + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
             raise unwritable(self.path / EPISODES, error) from error
-        self._lines[result.index] = line
-        return parse_line(self.plan, line)
+        self._lines[index] = line
+        return self.line(index)
 
     def sort(self) -> None:
         """Order the file by index, which is the same for every number of workers."""
@@ -180,14 +133,14 @@ def load_run(path: Path) -> RunFolder:
     Raises:
         InvalidInputError: The folder holds no run, or a file in it is damaged.
     """
-    settings = _read_settings(path)
-    if settings is None:
+    config = _read_config(path)
+    if config is None:
         raise InvalidInputError(
             f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
         )
     episodes = path / EPISODES
     content = episodes.read_bytes() if episodes.is_file() else b""
-    return RunFolder(path, settings, content[: content.rfind(b"\n") + 1])
+    return RunFolder(path, config, content[: content.rfind(b"\n") + 1])
 
 
 @contextmanager
@@ -209,15 +162,15 @@ def open_run(
 
     Raises:
         InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
-            with other settings or numerics, or another process is writing to it, or it cannot be
-            written to.
+            with another config or other numerics, or of another study, or another process is
+            writing to it, or it cannot be written to.
     """
-    settings = json.loads(json.dumps(plan.to_dict()))
+    config = json.loads(json.dumps(plan.to_dict()))
     with _locked(path):
-        earlier = _read_settings(path)
-        if earlier is None and (path / CONVERGENCE).exists():
+        earlier = _read_config(path)
+        if earlier is not None and _study(earlier) != plan.protocol.study:
             raise InvalidInputError(
-                f"{path} holds what 'dressing-sim validate' left; choose another --out"
+                f"{path} holds a run of another study, {_study(earlier)!r}; choose another --out"
             )
         if not resume and earlier is not None and not (path / SUMMARY).exists():
             raise InvalidInputError(
@@ -226,7 +179,7 @@ def open_run(
             )
         origin = Origin.here(plan, numerics())
         if resume and earlier is not None:
-            check_resumable(path, earlier, settings, origin, accept_numerics)
+            check_resumable(path, earlier, config, origin, accept_numerics)
         try:
             file = (path / EPISODES).open("a+b")
         except OSError as error:
@@ -235,7 +188,7 @@ def open_run(
             if resume and earlier is not None:
                 yield _continued(path, file, earlier, origin)
             else:
-                yield _begun(path, file, origin.into(settings))
+                yield _begun(path, file, origin.into(config))
 
 
 @contextmanager
@@ -260,27 +213,27 @@ def _locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _begun(path: Path, file: BinaryIO, settings: Mapping[str, Any]) -> OpenRun:
+def _begun(path: Path, file: BinaryIO, config: Mapping[str, Any]) -> OpenRun:
     """A run whose earlier files are gone."""
-    _clear(path, file)
-    # Written last: where there are settings, the other files belong to them.
-    _write_settings(path, settings)
-    return OpenRun(path, settings, file)
+    _clear(path, file, _study(config))
+    # Written last: where there is a config, the other files belong to it.
+    _write_config(path, config)
+    return OpenRun(path, config, file)
 
 
-def _continued(path: Path, file: BinaryIO, settings: Mapping[str, Any], now: Origin) -> OpenRun:
+def _continued(path: Path, file: BinaryIO, config: Mapping[str, Any], now: Origin) -> OpenRun:
     """A run that goes on, perhaps with other numerics than it had."""
     _drop_torn_line(file)
-    run = OpenRun(path, settings, file)
+    run = OpenRun(path, config, file)
     if run.origin.joined(now, len(run.finished)) == run.origin:
         return run
-    settings = run.origin.joined(now, len(run.finished)).into(settings)
-    _write_settings(path, settings)
-    return OpenRun(path, settings, file)
+    config = run.origin.joined(now, len(run.finished)).into(config)
+    _write_config(path, config)
+    return OpenRun(path, config, file)
 
 
-def _write_settings(path: Path, settings: Mapping[str, Any]) -> None:
-    write_text(path / SETTINGS, json.dumps(settings, indent=2) + "\n")
+def _write_config(path: Path, config: Mapping[str, Any]) -> None:
+    write_text(path / CONFIG, json.dumps(config, indent=2) + "\n")
 
 
 def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
@@ -300,18 +253,18 @@ def _drop_torn_line(file: BinaryIO) -> None:
     file.truncate(file.read().rfind(b"\n") + 1)
 
 
-def _clear(path: Path, episodes: BinaryIO) -> None:
-    """Remove an earlier run, its settings first."""
-    own = [SETTINGS, SUMMARY, "report.md", "report.html", "cost.svg", "thresholds.svg"]
-    stale = [path / name for name in own]
+def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
+    """Remove an earlier run of a study, its config first; a plot's name begins with the study's."""
+    stale = [path / name for name in (CONFIG, SUMMARY, "report.md", "report.html")]
+    stale += path.glob(f"{study}*.svg")
     stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
     for file in stale:
         file.unlink(missing_ok=True)
     episodes.truncate(0)
 
 
-def _read_settings(path: Path) -> dict[str, Any] | None:
-    file = path / SETTINGS
+def _read_config(path: Path) -> dict[str, Any] | None:
+    file = path / CONFIG
     try:
         values = json.loads(file.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
@@ -319,5 +272,11 @@ def _read_settings(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError) as error:
         raise InvalidInputError(f"{file}: cannot be read ({error})") from error
     if not isinstance(values, dict):
-        raise InvalidInputError(f"{file}: not the settings of a run")
+        raise InvalidInputError(f"{file}: not the config of a run")
     return values
+
+
+def _study(config: Mapping[str, Any]) -> str:
+    """The name of a run's study; nothing where the config is damaged."""
+    protocol = config.get("protocol")
+    return str(protocol.get("study", "")) if isinstance(protocol, Mapping) else ""

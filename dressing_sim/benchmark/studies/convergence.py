@@ -1,213 +1,156 @@
-"""Do verdicts come from the arm and the cloth, or from the solver? A convergence study.
+"""The study of convergence: do verdicts come from the arm and the cloth, or from the solver?
 
 The same postures and paths are simulated with coarser and finer meshes, longer and shorter steps,
-and other solvers; every verdict is compared with that of the finest settings, and the figures of
-settings that change the solver alone with those of a solver that has converged.
+and other solvers; every verdict is compared with that of the finest, and the metrics of those that
+change the solver alone with those of a solver that has converged.
 """
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from dressing_sim.arm import Posture
-from dressing_sim.benchmark.run.executors import Workers, completed
-from dressing_sim.benchmark.run.plan import posture_seed
-from dressing_sim.benchmark.run.runner import Progress
+from dressing_sim.benchmark.records import Json, Protocol
+from dressing_sim.benchmark.report.document import Document
+from dressing_sim.benchmark.run.executors import Workers
+from dressing_sim.benchmark.run.lines import parse_outcome
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.benchmark.run.progress import Progress
+from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.benchmark.studies.convergence_document import convergence_document
+from dressing_sim.benchmark.studies.convergence_summary import compare
+from dressing_sim.benchmark.studies.convergence_trials import (
+    CONVERGED,
+    DEFAULT,
+    FINEST,
+    PATHS,
+    Setting,
+    Trial,
+    TrialJob,
+    settings,
+    simulate,
+)
+from dressing_sim.benchmark.studies.study import Study
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.record import DEFAULT_PATH_DT, follow
-from dressing_sim.episode.rules import Outcome
-from dressing_sim.files import write_text
-from dressing_sim.world.scene import grip_start
-
-#: Settings that all others are compared with, those that every episode has otherwise, and those
-#: of a solver that has converged on the same mesh and step.
-FINEST, DEFAULT, CONVERGED = "finest", "default", "tolerance 1e-12"
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.provenance import versions
+from dressing_sim.suites.suites import load_suite
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """One row of the table.
-
-    Attributes:
-        name: What it is called.
-        what: How it differs from the default.
-        config: World, robot and rules.
-    """
-
-    name: str
-    what: str
-    config: EpisodeConfig
-
-
-def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
-    """The default, the finest, and changes between and beyond them.
-
-    One change at a time, but for the coarse mesh with double step, and for CG, which needs other
-    iterations than Newton.
-    """
-    base = default or EpisodeConfig()
-
-    def change(name: str, what: str, solver: Mapping[str, Any], **sleeve: Any) -> Setting:
-        world = replace(
-            base.world,
-            solver=replace(base.world.solver, **solver),
-            sleeve=replace(base.world.sleeve, **sleeve),
-        )
-        return Setting(name, what, replace(base, world=world))
-
-    solver, edge = base.world.solver, base.world.sleeve.edge
-    step, tolerance = solver.timestep, solver.tolerance
-    return (
-        change(
-            DEFAULT,
-            f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {tolerance:.0e}",
-            {},
-        ),
-        change(
-            FINEST,
-            f"edges 24 mm, {500 * step:g} ms, tolerance 1e-12",
-            {"timestep": step / 2, "tolerance": 1e-12},
-            edge=0.024,
-        ),
-        change("finer mesh", "edges 29 mm", {}, edge=0.029),
-        change("fine mesh", "edges 34 mm", {}, edge=0.034),
-        change("coarse mesh", "edges 48 mm", {}, edge=0.048),
-        change("half step", f"{500 * step:g} ms", {"timestep": step / 2}),
-        change("double step", f"{2000 * step:g} ms", {"timestep": 2 * step}),
-        change(
-            "coarse mesh and double step",
-            f"edges 48 mm, {2000 * step:g} ms",
-            {"timestep": 2 * step},
-            edge=0.048,
-        ),
-        change("tolerance 1e-7", "of the solver", {"tolerance": 1e-7}),
-        change("tolerance 1e-8", "of the solver", {"tolerance": 1e-8}),
-        change(CONVERGED, "of the solver", {"tolerance": 1e-12}),
-        change("20 iterations", "at most", {"iterations": 20}),
-        change("3 iterations", "at most", {"iterations": 3}),
-        change("CG", "conjugate gradients, 500 iterations", {"solver": "CG", "iterations": 500}),
-        change("CG with 10 iterations", "at most", {"solver": "CG", "iterations": 10}),
-        change("soft contact", "impedance 0.975", {}, contact_impedance=0.975),
-        change("hard contact", "impedance 0.995", {}, contact_impedance=0.995),
-    )
-
-
-#: How far below or above the operator's path the two wrong ones are [m].
-_LOWER, _HIGHER = 0.06, 0.12
-
-PATHS = ("expert", "straight", "too low", "too high")
-
-
-def path_of(
-    kind: str, posture: Posture, start: NDArray[np.float64], seed: int
-) -> tuple[NDArray[np.float64], float]:
-    """A path of the study, which does not depend on what is simulated.
+def convergence_plan(
+    suite: str = "val50", postures: int = 15, only: Sequence[str] | None = None, seed: int = 0
+) -> Plan:
+    """The plan of the study.
 
     Args:
-        kind: One of `PATHS`: the operator's; straight from the start to the operator's end, at
-            0.1 m/s; and the operator's, lowered or raised after its first quarter.
-        posture: The arm.
-        start: Gripper (3,), in the robot's base frame [m].
+        suite: Postures.
+        postures: How many of them, from the first.
+        only: Settings to try besides the default, the finest and a converged solver; all if None.
         seed: Of the operator's variability.
 
-    Returns:
-        Positions, shape (n, 3) [m], and the time between two of them [s].
+    Raises:
+        InvalidInputError: There is no such suite or setting.
     """
-    operator = Operator()
-    path = operator.path(posture, start, np.random.default_rng(seed))
-    if kind == "straight":
-        length = float(np.linalg.norm(path[-1] - start))
-        fraction = np.linspace(0.0, 1.0, max(2, round(length / 0.1 / DEFAULT_PATH_DT)))
-        return start + fraction[:, None] * (path[-1] - start), DEFAULT_PATH_DT
-    shift = {"expert": 0.0, "too low": -_LOWER, "too high": _HIGHER}[kind]
-    ramp = np.clip(np.linspace(0.0, 4.0, len(path)), 0.0, 1.0)
-    return path + shift * ramp[:, None] * np.array([0.0, 0.0, 1.0]), operator.config.dt
+    names = [setting.name for setting in settings()]
+    unknown = sorted(set(only or ()) - set(names))
+    if unknown:
+        raise InvalidInputError(
+            f"unknown setting {unknown[0]!r}; valid is one of {', '.join(names)}"
+        )
+    wanted = {DEFAULT, FINEST, CONVERGED, *(names if only is None else only)}
+    return Plan(
+        Protocol("convergence", suite, (), study="convergence"),
+        seed,
+        EpisodeConfig(),
+        tuple(load_suite(suite)[:postures]),
+        {},
+        {"settings": [name for name in names if name in wanted]},
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One simulated episode of the study.
+@dataclass(frozen=True)
+class Convergence(Study[TrialJob, Trial]):
+    """Every posture with every path under all settings.
 
     Attributes:
-        setting: Name of its settings.
-        path: One of `PATHS`.
-        posture: Name of the posture.
-        outcome: The verdict.
-        seconds: What it cost [s of CPU].
+        simulate: What one job does.
     """
 
-    setting: str
-    path: str
-    posture: str
-    outcome: Outcome
-    seconds: float
+    simulate: Callable[[TrialJob, int], Trial] = field(default=simulate)
 
+    def jobs(self, plan: Plan) -> Sequence[TrialJob]:
+        """The episodes, by setting, path and posture."""
+        places = [
+            (setting, path, posture)
+            for setting in _chosen(plan)
+            for path in PATHS
+            for posture in plan.tested
+        ]
+        return [TrialJob(index, *place) for index, place in enumerate(places)]
 
-def simulate(setting: Setting, kind: str, posture: Posture, seed: int) -> Trial:
-    """Simulate one episode of the study."""
-    begun = time.process_time()
-    dressing = Dressing(posture, setting.config)
-    # Not where the gripper has settled to: that depends, if little, on the settings.
-    start = grip_start(posture, setting.config.world.sleeve)
-    path, dt = path_of(kind, posture, start, posture_seed(seed, posture))
-    outcome = follow(dressing, path, dt).outcome
-    return Trial(setting.name, kind, posture.name, outcome, time.process_time() - begun)
-
-
-def validate(
-    postures: Sequence[Posture],
-    chosen: Sequence[Setting],
-    workers: Workers,
-    seed: int = 0,
-    progress: Progress | None = None,
-) -> list[Trial]:
-    """Simulate every posture with every path and all settings.
-
-    Returns:
-        The trials, by setting, path and posture, in the order given.
-    """
-    # All settings of an episode after one another, so that their times see the same machine.
-    calls = [
-        ((setting.name, kind, posture.name), (setting, kind, posture, seed))
-        for posture in postures
-        for kind in PATHS
-        for setting in chosen
-    ]
-    trials: dict[tuple[str, str, str], Trial] = {}
-    for key, future in completed(workers, simulate, calls):
-        trials[key] = future.result()
-        if progress is not None:
-            progress("episodes", len(trials), len(calls), ())
-    return [
-        trials[setting.name, kind, posture.name]
-        for setting in chosen
-        for kind in PATHS
-        for posture in postures
-    ]
-
-
-def write_trials(folder: Path, trials: Sequence[Trial]) -> None:
-    """Write ``episodes.jsonl``, a line a trial."""
-    lines = (
-        json.dumps(
-            {
-                "setting": t.setting,
-                "path": t.path,
-                "posture": t.posture,
-                **t.outcome.to_dict(),
-                "seconds": t.seconds,
-            }
+    def calls(
+        self, folder: OpenRun, jobs: Sequence[TrialJob], workers: Workers, progress: Progress
+    ) -> tuple[Callable[..., Trial], Iterable[tuple[TrialJob, tuple[Any, ...]]]]:
+        """All settings of an episode after one another: their times see the same machine."""
+        n = len(PATHS) * len(folder.plan.tested)
+        order = {posture: number for number, posture in enumerate(folder.plan.tested)}
+        ordered = sorted(
+            jobs,
+            key=lambda job: (order[job.posture], PATHS.index(job.path), job.index // n),
         )
-        for t in trials
-    )
-    write_text(folder / "episodes.jsonl", "".join(line + "\n" for line in lines))
+        seed = folder.plan.seed
+        arguments = ((job, (job, seed)) for job in ordered)
+        return self.simulate, arguments
+
+    def values(self, plan: Plan, result: Trial) -> dict[str, Json]:
+        """What the line of a trial holds."""
+        return {
+            "index": result.index,
+            "setting": result.setting,
+            "path": result.path,
+            "posture": result.posture,
+            **result.outcome.to_dict(),
+            "seconds": result.seconds,
+            "versions": versions(),
+        }
+
+    def parse(self, plan: Plan, values: Mapping[str, Any]) -> Trial:
+        """The trial of a line."""
+        try:
+            return Trial(
+                values["index"],
+                values["setting"],
+                values["path"],
+                values["posture"],
+                parse_outcome(values),
+                values["seconds"],
+            )
+        except (KeyError, TypeError) as error:
+            raise InvalidInputError(f"not a trial: {values!r:.60} ({error!r})") from error
+
+    def summarise(self, folder: RunFolder, results: Sequence[Trial]) -> dict[str, Any]:
+        """Every setting against the finest, and the default on trial."""
+        plan = folder.plan
+        config = {"suite": plan.protocol.suite, "postures": len(plan.tested), "seed": plan.seed}
+        return {
+            **compare(results, _chosen(plan)),
+            "versions": versions(),
+            "config": config,
+        }
+
+    def document(
+        self,
+        folder: RunFolder,
+        results: Sequence[Trial],
+        summary: Mapping[str, Any],
+        command: str,
+    ) -> Document:
+        """A table, and the default against the finest."""
+        return convergence_document(results, summary, command)
+
+
+def _chosen(plan: Plan) -> list[Setting]:
+    names = plan.options.get("settings")
+    wanted = names if isinstance(names, list) else []
+    return [setting for setting in settings(plan.config) if setting.name in wanted]

@@ -15,8 +15,14 @@ from dressing_sim.benchmark.report.document import (
     Table,
     config_section,
 )
-from dressing_sim.benchmark.studies.convergence import CONVERGED, DEFAULT, FINEST, PATHS, Trial
 from dressing_sim.benchmark.studies.convergence_summary import COMPARED
+from dressing_sim.benchmark.studies.convergence_trials import (
+    CONVERGED,
+    DEFAULT,
+    FINEST,
+    PATHS,
+    Trial,
+)
 from dressing_sim.episode.rules import Thresholds
 
 NOTE = (

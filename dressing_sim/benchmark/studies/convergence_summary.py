@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.benchmark.analysis.failures import verdict
-from dressing_sim.benchmark.studies.convergence import CONVERGED, DEFAULT, FINEST, Setting, Trial
+from dressing_sim.benchmark.studies.convergence_trials import (
+    CONVERGED,
+    DEFAULT,
+    FINEST,
+    Setting,
+    Trial,
+)
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rules import Outcome, Thresholds
 from dressing_sim.world.scene import SolverConfig

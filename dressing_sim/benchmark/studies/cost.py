@@ -7,22 +7,27 @@ reduction and number of trajectories generated", and the figure of the cost redu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.run.executors import Workers, completed
-from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.learning import DemonstrationLike, Method, SyntheticDemonstration
+from dressing_sim.benchmark.records import Entry, Json
+from dressing_sim.benchmark.report.document import Document
+from dressing_sim.benchmark.run.executors import Workers
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.benchmark.run.progress import Progress
+from dressing_sim.benchmark.run.runner import Work, record_demonstrations
+from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.benchmark.studies.cost_document import cost_document
+from dressing_sim.benchmark.studies.study import Study
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning import DemonstrationLike, SyntheticDemonstration
 from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, plain_config
 from dressing_sim.provenance import versions
-
-#: Told about progress: the stage, how much of it is done, of how much, and no episodes.
-Progress = Callable[[str, int, int, Sequence[Any]], None]
 
 RUNS = 20
 
@@ -34,89 +39,163 @@ _RESAMPLES = 10_000
 
 
 @dataclass(frozen=True, slots=True)
+class CostJob:
+    """One run of Algorithm 1 to be made.
+
+    Attributes:
+        index: Its place: all runs of the first row, then of the next.
+        entry: Row of the protocol.
+        run: Which of the row's runs, from 0.
+    """
+
+    index: int
+    entry: Entry
+    run: int
+
+
+@dataclass(frozen=True, slots=True)
 class CostRun:
     """One run of Algorithm 1.
 
     Attributes:
+        job: Which one.
         costs: Cost with 0, 1, 2, ... synthetic demonstrations accepted [m].
         tried: Candidates tried until each was accepted, 0 for the first.
         seconds: How long it took.
     """
 
+    job: CostJob
     costs: tuple[float, ...]
     tried: tuple[int, ...]
     seconds: float
 
 
-def run_paper_cost(
-    workers: Workers,
-    demonstrations: Mapping[str, Sequence[Demonstration]],
-    seed: int = 0,
-    progress: Progress | None = None,
-    config: AugmentedTPGMMConfig | None = None,
-    runs: int = RUNS,
-) -> dict[str, Any]:
-    """Run Algorithm 1 many times on each set of demonstrations, by each of its methods.
+@dataclass(frozen=True)
+class Cost(Study[CostJob, CostRun]):
+    """Algorithm 1, many times on each set of demonstrations, by each of its methods.
 
-    Args:
-        workers: Where runs happen; all but the seconds is the same for any number of workers.
-        demonstrations: Expert demonstrations by the name of their suite.
-        seed: Run i has the same seed, which depends on this and on i, in every row.
-        progress: Told after each run.
-        config: Hyper-parameters of the policies.
-        runs: How many, a row.
-
-    Returns:
-        ``{"rows": [...], "paper": {...}, "versions": {...}, "config": {...}}``. A row has
-        ``policy``, ``demonstrations``, ``n_runs``, ``seconds_median`` and ``steps``, one for each
-        number n of accepted demonstrations, see `summarise_runs`.
-
-    Raises:
-        DressingSimError: A worker died twice under a run.
+    Attributes:
+        work: What workers are asked to do.
+        config: Of the policies.
     """
-    config = config or AugmentedTPGMMConfig()
-    report = progress or (lambda stage, done, total, results: None)
-    # A worker needs the path and the frames, not the joint commands.
-    shown = {
-        name: [SyntheticDemonstration(d.positions, d.dt, d.frames) for d in recorded]
-        for name, recorded in demonstrations.items()
-    }
-    places = [(name, policy) for name in shown for policy in AUGMENTED]
-    calls = [
-        ((*place, run), (shown[place[0]], AUGMENTED[place[1]], run_seed(seed, run), config))
-        for place in places
-        for run in range(runs)
-    ]
-    found: dict[tuple[str, str, int], CostRun] = {}
-    report("runs", 0, len(calls), ())
-    for key, future in completed(workers, _run, calls):
-        found[key] = future.result()
-        report("runs", len(found), len(calls), ())
-    rows = []
-    for name, policy in places:
-        results = [found[name, policy, run] for run in range(runs)]
-        most = config.options.max_demonstrations - len(demonstrations[name])
-        rows.append(
-            {
-                "policy": policy,
-                "demonstrations": name,
-                "n_demonstrations": len(demonstrations[name]),
-                "n_runs": len(results),
-                "seconds_median": float(np.median([result.seconds for result in results])),
-                "steps": summarise_runs(results, most, np.random.default_rng(seed)),
-            }
+
+    work: Work = field(default_factory=Work)
+    config: AugmentedTPGMMConfig = field(default_factory=AugmentedTPGMMConfig)
+
+    stage = "runs"
+
+    def jobs(self, plan: Plan) -> Sequence[CostJob]:
+        """As many runs of each row as the plan's option ``runs`` says, or `RUNS`."""
+        runs = _runs(plan)
+        return [
+            CostJob(row * runs + run, entry, run)
+            for row, entry in enumerate(plan.protocol.entries)
+            for run in range(runs)
+        ]
+
+    def calls(
+        self, folder: OpenRun, jobs: Sequence[CostJob], workers: Workers, progress: Progress
+    ) -> tuple[Callable[..., CostRun], Iterable[tuple[CostJob, tuple[Any, ...]]]]:
+        """Demonstrate; then each job improves a policy.
+
+        Run i has the same seed, which depends on the plan's and on i, in every row.
+        """
+        recorded = record_demonstrations(folder, workers, progress, self.work)
+        # A worker needs the path and the frames, not the joint commands.
+        paths = {
+            name: [SyntheticDemonstration(d.positions, d.dt, d.frames) for d in demonstrations]
+            for (name, _), demonstrations in recorded.items()
+        }
+        seed = folder.plan.seed
+        arguments = (
+            (job, (job, paths[_suite(job.entry)], run_seed(seed, job.run), self.config))
+            for job in jobs
         )
-    return {
-        "rows": rows,
-        "paper": {"cost": list(PAPER_COST), "discarded": list(PAPER_DISCARDED), "n_runs": 20},
-        "versions": versions(),
-        "config": {
-            "protocol": "paper-cost",
-            "seed": seed,
-            "runs": runs,
-            "policy": plain_config(config),
-        },
-    }
+        return improve, arguments
+
+    def values(self, plan: Plan, result: CostRun) -> dict[str, Json]:
+        """What the line of a run holds."""
+        job = result.job
+        return {
+            "index": job.index,
+            "protocol": plan.protocol.name,
+            "policy": job.entry.policy,
+            "demonstrations": job.entry.demonstrations,
+            "run": job.run,
+            "costs": list(result.costs),
+            "tried": list(result.tried),
+            "seconds": result.seconds,
+            "versions": versions(),
+        }
+
+    def parse(self, plan: Plan, values: Mapping[str, Any]) -> CostRun:
+        """The run of a line."""
+        try:
+            job = self.jobs(plan)[values["index"]]
+            costs, tried = tuple(values["costs"]), tuple(values["tried"])
+            return CostRun(job, costs, tried, values["seconds"])
+        except (KeyError, TypeError, IndexError) as error:
+            raise InvalidInputError(f"not a run: {values!r:.60} ({error!r})") from error
+
+    def summarise(self, folder: RunFolder, results: Sequence[CostRun]) -> dict[str, Any]:
+        """Cost and discarded candidates of each row.
+
+        Returns:
+            ``{"rows": [...], "paper": {...}, "versions": {...}, "config": {...}}``. A row has
+            ``policy``, ``demonstrations``, ``n_runs``, ``seconds_median`` and ``steps``, one for
+            each number n of accepted demonstrations, see `summarise_runs`.
+        """
+        plan = folder.plan
+        return {
+            "rows": [
+                self._row(plan, entry, [run for run in results if run.job.entry == entry])
+                for entry in plan.protocol.entries
+            ],
+            "paper": {"cost": list(PAPER_COST), "discarded": list(PAPER_DISCARDED), "n_runs": 20},
+            "versions": versions(),
+            "config": {
+                "protocol": plan.protocol.name,
+                "seed": plan.seed,
+                "runs": _runs(plan),
+                "policy": plain_config(self.config),
+            },
+        }
+
+    def _row(self, plan: Plan, entry: Entry, runs: Sequence[CostRun]) -> dict[str, Any]:
+        given = len(plan.demonstrated[_suite(entry)])
+        most = self.config.options.max_demonstrations - given
+        return {
+            "policy": entry.policy,
+            "demonstrations": entry.demonstrations,
+            "n_demonstrations": given,
+            "n_runs": len(runs),
+            "seconds_median": float(np.median([run.seconds for run in runs])),
+            "steps": summarise_runs(runs, most, np.random.default_rng(plan.seed)),
+        }
+
+    def document(
+        self,
+        folder: RunFolder,
+        results: Sequence[CostRun],
+        summary: Mapping[str, Any],
+        command: str,
+    ) -> Document:
+        """Tables and the plot of the cost."""
+        return cost_document(summary, command)
+
+
+def _runs(plan: Plan) -> int:
+    runs = plan.options.get("runs", RUNS)
+    if not isinstance(runs, int) or runs < 1:
+        raise InvalidInputError(f"runs is {runs!r}, valid is a whole number from 1")
+    return runs
+
+
+def _suite(entry: Entry) -> str:
+    """The demonstrations of a row, all of which learn."""
+    if entry.demonstrations is None:
+        raise InvalidInputError(f"row {entry.label}: learns nothing, so there is no cost")
+    return entry.demonstrations
 
 
 def run_seed(seed: int, run: int) -> int:
@@ -124,15 +203,17 @@ def run_seed(seed: int, run: int) -> int:
     return int(np.random.SeedSequence([seed, run]).generate_state(1)[0])
 
 
-def _run(
+def improve(
+    job: CostJob,
     demonstrations: Sequence[DemonstrationLike],
-    method: Method,
     seed: int,
     config: AugmentedTPGMMConfig,
 ) -> CostRun:
+    """Run Algorithm 1 once."""
     started = perf_counter()
-    improved = config.with_method(method).augmented(seed).fit(config.seen(demonstrations))
-    return CostRun(improved.costs, improved.tried, perf_counter() - started)
+    policy = config.with_method(AUGMENTED[job.entry.policy]).augmented(seed)
+    improved = policy.fit(config.seen(demonstrations))
+    return CostRun(job, improved.costs, improved.tried, perf_counter() - started)
 
 
 def summarise_runs(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.benchmark.analysis.failures import first_failure, hardest
 from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.benchmark.run.replay import Replay, replay_episode
+from dressing_sim.benchmark.run.replay import Repeatable, Replay, replay_episode
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.success_document import Pictures
 from dressing_sim.episode.dressing import Dressing
@@ -20,17 +20,20 @@ from dressing_sim.pictures.rendering import OffscreenRenderer, gl_backend
 from dressing_sim.world.simulation import World
 
 
-def failure_pictures(folder: RunFolder, results: Sequence[EpisodeResult]) -> Pictures:
+def failure_pictures(
+    study: Repeatable, folder: RunFolder, results: Sequence[EpisodeResult]
+) -> Pictures:
     """A failed episode of each of the hardest postures; where no OpenGL works, why none.
 
     Args:
+        study: The run's.
         folder: The run.
         results: Its episodes, in the order of the protocol.
     """
     found = {}
     try:
         for hard in hardest(results):
-            drawn = failure_picture(folder, hard.pictured)
+            drawn = failure_picture(study, folder, hard.pictured)
             if drawn is not None:
                 found[hard.pictured.index] = drawn
     except DressingSimError as error:
@@ -39,6 +42,7 @@ def failure_pictures(folder: RunFolder, results: Sequence[EpisodeResult]) -> Pic
 
 
 def failure_picture(
+    study: Repeatable,
     folder: RunFolder,
     result: EpisodeResult,
     camera: str = "front",
@@ -48,6 +52,7 @@ def failure_picture(
     """Run an episode again and draw it as it was when the first thing went wrong.
 
     Args:
+        study: The run's.
         folder: The run.
         result: Which episode.
         camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
@@ -61,7 +66,7 @@ def failure_picture(
         DressingSimError: No OpenGL works here.
     """
     gl_backend()  # without OpenGL, say so before simulating
-    again, states = _states(folder, result)
+    again, states = _states(study, folder, result)
     if again.differences:
         return None
     with OffscreenRenderer(again.posture, again.config.world, width, height) as renderer:
@@ -71,7 +76,9 @@ def failure_picture(
     return file.getvalue()
 
 
-def _states(folder: RunFolder, result: EpisodeResult) -> tuple[Replay, list[NDArray[np.float64]]]:
+def _states(
+    study: Repeatable, folder: RunFolder, result: EpisodeResult
+) -> tuple[Replay, list[NDArray[np.float64]]]:
     """The episode run again, and the simulation's coordinates after each control step.
 
     Where the robot never moved, those before the first.
@@ -81,7 +88,7 @@ def _states(folder: RunFolder, result: EpisodeResult) -> tuple[Replay, list[NDAr
     def keep(world: World) -> None:
         states.append(world.data.qpos.copy())
 
-    again = replay_episode(folder, result.index, keep)
+    again = replay_episode(study, folder, result.index, keep)
     if not states:
         dressing = Dressing(again.posture, again.config)
         dressing.reset()

@@ -1,100 +1,52 @@
-"""Protocols: which policies learn from which demonstrations, and where they are tested."""
+"""The study of success: how often policies dress an arm in a posture that they were not shown."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.errors import InvalidInputError
-from dressing_sim.policies.registry import EXPERT
-
-_CASES = ("case_a", "case_b")
-_AUGMENTED = ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
-
-#: The paper's rows, and the operator.
-_PAPER = (
-    Entry(EXPERT),
-    *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", *_AUGMENTED)),
-    Entry("tp-gmm", "baseline7"),
-)
-
-#: The paper's seven, and what noise alone does for the case that gains more.
-_FULL = tuple(entry for entry in _PAPER[1:] if entry != Entry("tp-gmm-noise", "case_b"))
-
-#: With and without augmentation, from two to seven demonstrations.
-_BUDGET = tuple(
-    Entry(policy, f"baseline7:{n}") for policy in ("tp-gmm", "tp-gmm-rf") for n in range(2, 8)
-)
-
-#: Without and with augmentation, and the baseline: what settings and worlds are compared on.
-_COMPARED = (
-    *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", "tp-gmm-rf-noise")),
-    Entry("tp-gmm", "baseline7"),
-)
-
-#: In the nominal world, and with one factor after the other drawn anew.
-_ROBUST = tuple(
-    replace(entry, variation=variation)
-    for entry in (Entry(EXPERT), *_COMPARED)
-    for variation in ((), ("friction",), ("fabric",), ("arm",))
-)
-
-#: What the paper leaves open, one change at a time, as settings after a policy's name.
-_CHANGES = (
-    "relative_floor=true&position_floor=0.1&displacement_floor=0.1",
-    "position_floor=1e-3",
-    "displacement_floor=1e-6",
-    "fusion=product-then-regression",
-    "free_axes=arm-plane",
-    "end_radius=0",
-)
-
-#: Of random situations; initial policies know none.
-_AUGMENTED_CHANGES = ("situations=frames", "angle_margin_deg=0&translation_margin=0")
-
-_SETTINGS = (
-    *_COMPARED,
-    *(
-        replace(entry, policy=f"{entry.policy}?{change}")
-        for change in (*_CHANGES, *_AUGMENTED_CHANGES)
-        for entry in _COMPARED
-        if change in _CHANGES or entry.policy in _AUGMENTED
-    ),
-    # Whether noise and random frames, each alone, do more than a wider floor.
-    *(
-        Entry(f"{policy}{change}", "case_a")
-        for policy in ("tp-gmm-noise", "tp-gmm-rf")
-        for change in ("", f"?{_CHANGES[0]}")
-    ),
-)
-
-PROTOCOLS: Mapping[str, Protocol] = {
-    protocol.name: protocol
-    for protocol in (
-        Protocol("paper", "paper5", _PAPER),
-        Protocol(
-            "paper-cost",
-            "paper5",
-            tuple(Entry(policy, case) for case in _CASES for policy in _AUGMENTED),
-            kind="cost",
-        ),
-        Protocol("full", "test200", _FULL, demonstration_sets=5),
-        Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
-        Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
-        Protocol("settings", "val50", _SETTINGS, demonstration_sets=5),
-    )
-}
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.report.document import Document
+from dressing_sim.benchmark.run.runner import repeated_demonstrations
+from dressing_sim.benchmark.run.store import RunFolder
+from dressing_sim.benchmark.studies.pictures import failure_pictures
+from dressing_sim.benchmark.studies.study import EpisodeStudy
+from dressing_sim.benchmark.studies.success_document import success_document
+from dressing_sim.benchmark.studies.success_summary import summarise
+from dressing_sim.config import to_plain
+from dressing_sim.policies.paper import plain_config
 
 
-def find_protocol(name: str) -> Protocol:
-    """A protocol by its name.
+@dataclass(frozen=True)
+class Success(EpisodeStudy):
+    """How often each row of a protocol dresses the arm.
 
-    Raises:
-        InvalidInputError: There is none of this name.
+    Attributes:
+        pictures: Whether the hardest postures are drawn, which runs their episodes again.
     """
-    if name not in PROTOCOLS:
-        raise InvalidInputError(
-            f"unknown protocol {name!r}; valid is one of {', '.join(PROTOCOLS)}"
-        )
-    return PROTOCOLS[name]
+
+    pictures: bool = False
+
+    def summarise(self, folder: RunFolder, results: Sequence[EpisodeResult]) -> dict[str, Any]:
+        """Rates, comparisons, claims."""
+        plan = folder.plan
+        config = {
+            "seed": plan.seed,
+            "repeated_demonstrations": repeated_demonstrations(folder),
+            "policies": plain_config(),
+            "episode": to_plain(plan.config),
+        }
+        return summarise(plan.protocol, results, config)
+
+    def document(
+        self,
+        folder: RunFolder,
+        results: Sequence[EpisodeResult],
+        summary: Mapping[str, Any],
+        command: str,
+    ) -> Document:
+        """Tables, plots, and pictures if wanted."""
+        drawn = failure_pictures(self, folder, results) if self.pictures else None
+        protocol = folder.plan.protocol
+        return success_document(folder.path, protocol, results, summary, command, drawn)

@@ -9,7 +9,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.analysis.comparisons import label
 from dressing_sim.benchmark.analysis.failures import HardPosture, first_failure, hardest
 from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
 from dressing_sim.benchmark.records import EpisodeResult, Protocol
@@ -157,7 +156,7 @@ def headline(protocol: Protocol, summary: Summary) -> str:
         if row["pc_success"] is not None
     ]
     nominal = [(entry, row) for entry, row in every if not entry.variation]
-    rows = [(label(entry), row) for entry, row in nominal or every]
+    rows = [(entry.label, row) for entry, row in nominal or every]
     learned = [(name, row) for name, row in rows if row["demonstrations"] is not None]
     most = max((row["pc_success"] for _, row in learned), default=None)
     best = [(name, row) for name, row in learned if row["pc_success"] == most]
@@ -292,7 +291,7 @@ def _hardest(
 
 def _card(hard: HardPosture, pictures: Pictures) -> Section:
     posture, outcome = hard.posture, hard.pictured.outcome
-    row, png = label(hard.pictured.entry), pictures.png.get(hard.pictured.index)
+    row, png = hard.pictured.entry.label, pictures.png.get(hard.pictured.index)
     failures = tuple(map(_failure, outcome.failures))
     first = first_failure(outcome)
     time = None if first is None else first.time
@@ -314,7 +313,7 @@ def _card(hard: HardPosture, pictures: Pictures) -> Section:
         Paragraph("Failed episodes:"),
         Items(
             tuple(
-                f"{result.index}: {label(result.entry)}: {', '.join(result.outcome.reasons)}"
+                f"{result.index}: {result.entry.label}: {', '.join(result.outcome.reasons)}"
                 for result in hard.failed
             )
         ),

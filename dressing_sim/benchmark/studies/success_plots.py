@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dressing_sim.benchmark.analysis.comparisons import label, label_of
+from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.curves import Point, budget_curves, elbow_bins, elbow_points
 from dressing_sim.benchmark.analysis.failures import first_reasons, valid
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
@@ -84,7 +84,7 @@ def failures_plot(protocol: Protocol, results: Sequence[EpisodeResult]) -> Plot:
     for entry in protocol.entries:
         inside = valid(r for r in results if r.entry == entry)
         counts = first_reasons(inside)
-        name = label(entry)
+        name = entry.label
         shares[name] = {reason: 100.0 * n / len(inside) for reason, n in counts.items()}
         words.append(f"{name}: first {counted(counts) or 'no failure'}")
     reasons = in_order({reason for one in shares.values() for reason in one})
@@ -101,7 +101,7 @@ def elbow_plot(protocol: Protocol, results: Sequence[EpisodeResult]) -> Plot:
         inside = [r for r in results if r.entry == entry]
         style = _LEARNED if entry.demonstrations is not None else plots.MUTED
         lines.append((elbow_points(inside, bins), style, inside))
-        titles.append(label(entry))
+        titles.append(entry.label)
     n_lines = -(-len(lines) // 3)
     with plots.figure(0.45 + 1.45 * n_lines) as drawn:
         shared = {"sharex": True, "sharey": True}

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
-from dressing_sim.benchmark.analysis.comparisons import comparisons, rows_by_entry
-from dressing_sim.benchmark.analysis.statistics import Row, rate_interval_over_sets, wilson_interval
+from dressing_sim.benchmark.analysis.comparisons import comparisons
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
+from dressing_sim.benchmark.analysis.statistics import rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.episode.rules import count_reasons
 from dressing_sim.provenance import versions
 
 #: Seed of the bootstrap: the same results give the same summary.
@@ -32,20 +32,12 @@ def summarise(
         "config": {...}}``, percentages from 0 to 100; it does not depend on the order in which
         the results come.
     """
-    ordered = sorted(results, key=lambda result: result.index)
-    measured = rows_by_entry(ordered)
+    episodes = EpisodeTable.of(results)
+    sets = range(protocol.demonstration_sets if protocol.demonstration_sets > 1 else 0)
     return {
-        "rows": [
-            _row(
-                entry,
-                [r for r in ordered if r.entry == entry],
-                measured.get(entry, {}),
-                protocol.demonstration_sets,
-            )
-            for entry in protocol.entries
-        ],
-        "comparisons": comparisons(ordered, _generator()),
-        "claims": [claim.to_dict() for claim in judge_claims(ordered, _generator())],
+        "rows": [_row(entry, episodes.of_entry(entry), sets) for entry in protocol.entries],
+        "comparisons": comparisons(episodes, _generator()),
+        "claims": [claim.to_dict() for claim in judge_claims(episodes, _generator())],
         "versions": versions(),
         "config": {
             "protocol": protocol.name,
@@ -61,37 +53,25 @@ def _generator() -> np.random.Generator:
     return np.random.default_rng(_BOOTSTRAP_SEED)
 
 
-def _row(
-    entry: Entry, results: Sequence[EpisodeResult], measured: Row, n_sets: int
-) -> dict[str, Any]:
-    valid = [result for result in results if result.outcome.invalid is None]
-    low, high = wilson_interval(_successes(valid), len(valid))
+def _row(entry: Entry, episodes: EpisodeTable, sets: Sequence[int]) -> dict[str, Any]:
+    rate = episodes.rate
     row = {
         **entry.to_dict(),
-        **_rate(valid),
-        "pc_success_ci95": [100.0 * low, 100.0 * high],
-        "failures": count_reasons([result.outcome for result in valid]),
-        "n_void": len(results) - len(valid),
+        **_numbers(rate),
+        "pc_success_ci95": list(rate.interval),
+        "failures": episodes.reasons,
+        "n_void": rate.n_void,
     }
-    if n_sets > 1 and entry.demonstrations is not None:
+    if sets and entry.demonstrations is not None:
         row["sets"] = [
-            {"demonstration_set": i, **_rate([r for r in valid if r.demonstration_set == i])}
-            for i in range(n_sets)
+            {"demonstration_set": i, **_numbers(episodes.where(episodes.sets == i).rate)}
+            for i in sets
         ]
-        over_sets = rate_interval_over_sets(measured, _generator())
+        over_sets = rate_interval_over_sets(episodes.row, _generator())
         if over_sets is not None:
             row["pc_success_ci95_sets"] = [100.0 * bound for bound in over_sets]
     return {**row, "inputs": entry.inputs}
 
 
-def _rate(valid: Sequence[EpisodeResult]) -> dict[str, Any]:
-    successes = _successes(valid)
-    return {
-        "n_episodes": len(valid),
-        "n_success": successes,
-        "pc_success": 100.0 * successes / len(valid) if valid else None,
-    }
-
-
-def _successes(results: Sequence[EpisodeResult]) -> int:
-    return sum(result.outcome.success for result in results)
+def _numbers(rate: Rate) -> dict[str, Any]:
+    return {"n_episodes": rate.n, "n_success": rate.n_success, "pc_success": rate.percent}

@@ -20,7 +20,7 @@ from dressing_sim.benchmark.report.document import (
     config_section,
     percent,
 )
-from dressing_sim.benchmark.studies.thresholds import TOLERATED
+from dressing_sim.benchmark.studies.thresholds_verdicts import TOLERATED
 
 #: Factors of which tables show success rates.
 SHOWN = (TOLERATED[0], 1.0, TOLERATED[1])

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 from typing import Any
 
 import numpy as np
 
-from dressing_sim.benchmark.analysis.comparisons import rows_by_entry
-from dressing_sim.benchmark.analysis.statistics import Row, compare, wilson_interval
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
+from dressing_sim.benchmark.analysis.statistics import Row, compare
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.benchmark.studies.thresholds import (
+from dressing_sim.benchmark.studies.thresholds_verdicts import (
     FACTORS,
     NAMES,
     TOLERATED,
     scaled,
-    verdict_name,
+    verdict_of,
 )
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.rules import Thresholds
 from dressing_sim.episode.thresholds import threshold_sources, threshold_units
 from dressing_sim.provenance import versions
 
@@ -54,6 +53,7 @@ def summarise(
         from `dressing_sim.benchmark.analysis.statistics.Paired`.
     """
     ordered = sorted(results, key=lambda result: result.index)
+    episodes = EpisodeTable.of(ordered)
     told, units = threshold_sources(), threshold_units()
     return {
         "factors": list(FACTORS),
@@ -64,19 +64,24 @@ def summarise(
                 "unit": units[name],
                 "source": told[name],
                 "values": [getattr(scaled(rules, name, factor), name) for factor in FACTORS],
-                **_sensitivity(protocol, ordered, name),
+                **_sensitivity(protocol, episodes, ordered, name),
             }
             for name in NAMES
         ],
-        "n_void": sum(result.outcome.invalid is not None for result in ordered),
+        "n_void": episodes.rate.n_void,
         "versions": versions(),
         "config": {"protocol": protocol.name, "suite": protocol.suite, **settings},
     }
 
 
-def _sensitivity(protocol: Protocol, results: Sequence[EpisodeResult], name: str) -> dict[str, Any]:
-    """What of the summary is about one threshold."""
-    by_factor = {factor: _rows(results, name, factor) for factor in FACTORS}
+def _sensitivity(
+    protocol: Protocol, episodes: EpisodeTable, results: Sequence[EpisodeResult], name: str
+) -> dict[str, Any]:
+    """What of the summary is about one threshold; `episodes` are the results as a table."""
+    by_factor = {
+        factor: episodes.judged([verdict_of(result, name, factor) for result in results]).rows
+        for factor in FACTORS
+    }
     turned = [
         {"factor": factor, **turn}
         for factor, rows in by_factor.items()
@@ -95,28 +100,15 @@ def _sensitivity(protocol: Protocol, results: Sequence[EpisodeResult], name: str
     }
 
 
-def _rows(results: Sequence[EpisodeResult], name: str, factor: float) -> dict[Entry, Row]:
-    """Success of each row with one threshold multiplied; void where no verdict is known."""
-    figure = verdict_name(name, factor)
-
-    def judged(outcome: Outcome) -> Outcome:
-        if outcome.invalid is not None or figure in outcome.metrics:
-            return replace(outcome, success=outcome.metrics.get(figure) == 1.0)
-        return replace(outcome, success=False, invalid="the simulation broke down")
-
-    return rows_by_entry([replace(result, outcome=judged(result.outcome)) for result in results])
-
-
 def _rates(entry: Entry, rows: Sequence[Row]) -> dict[str, Any]:
     """Success rates of an entry, given its row for each factor."""
-    valid = [[success for success in row.values() if success is not None] for row in rows]
-    intervals = [wilson_interval(sum(successes), len(successes)) for successes in valid]
+    rates = [Rate.of(row.values()) for row in rows]
     return {
         **entry.to_dict(),
-        "n_episodes": max(map(len, valid)),
-        "n_success": [sum(successes) for successes in valid],
-        "pc_success": [100.0 * sum(one) / len(one) if one else None for one in valid],
-        "pc_success_ci95": [[100.0 * low, 100.0 * high] for low, high in intervals],
+        "n_episodes": max(rate.n for rate in rates),
+        "n_success": [rate.n_success for rate in rates],
+        "pc_success": [rate.percent for rate in rates],
+        "pc_success_ci95": [list(rate.interval) for rate in rates],
     }
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.hypotheses import (
     ALIKE,
     HYPOTHESES,
@@ -28,8 +29,9 @@ SHOWN = {"A": "case_a", "B": "case_b", "7": "baseline7"}
 def episodes(entry, outcomes, sets=4):
     return [
         SimpleNamespace(
+            index=i,
             entry=entry,
-            posture=SimpleNamespace(name=f"arm{i}"),
+            posture=SimpleNamespace(name=f"arm{i}", elbow_deg=0.0),
             demonstration_set=i % sets,
             outcome=outcome,
         )
@@ -53,7 +55,8 @@ def table(n=200, **percent):
 
 
 def judged(results, seed=0):
-    return {claim.name: claim for claim in judge_claims(results, np.random.default_rng(seed))}
+    claims = judge_claims(EpisodeTable.of(results), np.random.default_rng(seed))
+    return {claim.name: claim for claim in claims}
 
 
 def verdict(name, **rows):
@@ -158,8 +161,8 @@ def test_the_same_generator_gives_the_same_claims_whatever_else_is_there():
 
 def test_a_claim_reads_as_its_comparison():
     results = table(iA=20, rA=35, n=60)
-    (claim,) = judge_claims(results, np.random.default_rng(4))
-    (row,) = comparisons(results, np.random.default_rng(4))
+    (claim,) = judge_claims(EpisodeTable.of(results), np.random.default_rng(4))
+    (row,) = comparisons(EpisodeTable.of(results), np.random.default_rng(4))
     assert claim.numbers["pc_difference"] == row["pc_difference"]
     assert claim.numbers["pc_difference_ci95"] == row["pc_difference_ci95"]
 
@@ -167,7 +170,7 @@ def test_a_claim_reads_as_its_comparison():
 def test_the_numbers_are_in_the_sentence_and_in_plain_values():
     results = table(iA=20, rA=80, n=40)
     results[0].outcome = VOID
-    (claim,) = judge_claims(results, np.random.default_rng(0))
+    (claim,) = judge_claims(EpisodeTable.of(results), np.random.default_rng(0))
     numbers = claim.numbers
     assert (numbers["n_episodes"], numbers["n_void"]) == (39, 1)
     low, high = numbers["pc_difference_ci95"]

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from dressing_sim.benchmark.analysis.comparisons import comparisons, label, rows_by_entry
+from dressing_sim.benchmark.analysis.comparisons import comparisons
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.episode.rules import Outcome
 from dressing_sim.errors import InvalidInputError
@@ -15,8 +16,9 @@ def episodes(entry, outcomes, sets=1):
     """Episodes of one row, posture i with demonstration set ``i mod sets``; None is void."""
     return [
         SimpleNamespace(
+            index=i,
             entry=entry,
-            posture=SimpleNamespace(name=f"arm{i}"),
+            posture=SimpleNamespace(name=f"arm{i}", elbow_deg=0.0),
             demonstration_set=i % sets,
             outcome=Outcome(False, invalid="burst") if y is None else Outcome(bool(y)),
         )
@@ -35,7 +37,7 @@ def pairs(entries):
             row["kind"],
             *(Entry(**{**row[side], "variation": tuple(row[side]["variation"])}) for side in "ab"),
         )
-        for row in comparisons(results, rng())
+        for row in comparisons(EpisodeTable.of(results), rng())
     }
 
 
@@ -82,7 +84,8 @@ def test_rows_under_variation_are_compared_among_themselves_and_with_the_nominal
 def test_a_policy_of_another_s_is_compared_with_the_initial_one_on_the_same_demonstrations():
     names = ("tp-gmm", "my:Mine", "tp-gmm-rf")
     entries = [Entry(name, shown) for name in names for shown in ("case_a", "baseline7")]
-    found = comparisons([e for entry in entries for e in episodes(entry, [1, 0])], rng())
+    results = [e for entry in entries for e in episodes(entry, [1, 0])]
+    found = comparisons(EpisodeTable.of(results), rng())
     pairs = [
         (p["kind"], p["a"]["policy"], p["b"]["policy"], p["a"]["demonstrations"]) for p in found
     ]
@@ -111,7 +114,7 @@ def test_policies_with_other_settings_are_compared_with_the_same_row_as_chosen()
 
 def test_a_comparison_holds_the_counts_as_plain_values():
     results = [*episodes(RF_A, [1, 1, 1, 0, None]), *episodes(INITIAL_A, [1, 0, 0, 0, 1])]
-    (row,) = comparisons(results, rng())
+    (row,) = comparisons(EpisodeTable.of(results), rng())
     assert row["a"] == {"policy": "tp-gmm-rf", "demonstrations": "case_a", "variation": []}
     counts = [row[f"n_{key}"] for key in ("both", "only_a", "only_b", "neither", "pairs", "void")]
     assert counts == [1, 2, 0, 1, 4, 1]
@@ -121,20 +124,20 @@ def test_a_comparison_holds_the_counts_as_plain_values():
 
 def test_a_comparison_does_not_depend_on_which_others_there_are():
     rf, initial = episodes(RF_A, [1, 1, 0, 1] * 5, 2), episodes(INITIAL_A, [0, 1, 0, 0] * 5, 2)
-    alone = comparisons([*rf, *initial], rng())
-    among = comparisons([*episodes(RF_B, [1] * 20), *initial, *rf], rng())
+    alone = comparisons(EpisodeTable.of([*rf, *initial]), rng())
+    among = comparisons(EpisodeTable.of([*episodes(RF_B, [1] * 20), *initial, *rf]), rng())
     assert [row for row in among if row["kind"] == "augmentation"] == alone
 
 
 def test_a_posture_may_occur_once_in_a_row():
     results = episodes(RF_A, [1, 0])
-    rows = rows_by_entry(results)
+    rows = EpisodeTable.of(results).rows
     assert rows == {RF_A: {(0, "arm0"): True, (0, "arm1"): False}}
     with pytest.raises(InvalidInputError, match=r"tp-gmm-rf on case_a.*'arm1'.*twice"):
-        rows_by_entry([*results, results[1]])
+        list(EpisodeTable.of([*results, results[1]]).rows)
 
 
 def test_a_label_says_what_was_shown_and_varied():
-    assert label(Entry("expert")) == "expert"
+    assert Entry("expert").label == "expert"
     varied = Entry("tp-gmm", "case_a", ("friction", "arm"))
-    assert label(varied) == "tp-gmm on case_a, friction and arm varied"
+    assert varied.label == "tp-gmm on case_a, friction and arm varied"

@@ -40,7 +40,7 @@ def test_a_dask_cluster_gives_the_same_bytes_while_its_workers_are_killed(places
     (there / "hold").touch()
     with dask_cluster(tmp_path, 4) as cluster, DaskWorkers(cluster.address) as workers:
         running = ThreadPoolExecutor(1).submit(run, there, plan, workers)
-        shown = [f"demonstration-{posture.name}" for posture in plan.shown["case_a"]]
+        shown = [f"demonstration-{posture.name}" for posture in plan.demonstrated["case_a"]]
         wait_until(lambda: all(tries(there, name) for name in shown))
         pid = tries(there, shown[0])[0]
         os.kill(pid, signal.SIGKILL)  # and another from outside, while it works

@@ -6,7 +6,7 @@ from fake_benchmark import write_suite
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run.origin import Origin
 from dressing_sim.benchmark.run.plan import make_plan
-from dressing_sim.benchmark.run.store import SETTINGS, load_run, open_run
+from dressing_sim.benchmark.run.store import CONFIG, load_run, open_run
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import numerics
 
@@ -26,13 +26,13 @@ def folder(tmp_path, plan):
 
 
 def settings(folder):
-    return json.loads((folder / SETTINGS).read_text())
+    return json.loads((folder / CONFIG).read_text())
 
 
 def change(folder, **provenance):
     values = settings(folder)
     values["provenance"] |= provenance
-    (folder / SETTINGS).write_text(json.dumps(values))
+    (folder / CONFIG).write_text(json.dumps(values))
 
 
 def test_a_folder_says_where_its_episodes_come_from_after_all_else(folder):
@@ -44,14 +44,14 @@ def test_a_folder_says_where_its_episodes_come_from_after_all_else(folder):
 
 def test_another_commit_is_no_reason_to_refuse(folder, plan):
     change(folder, commit="abc", python="3.12.0", version="0.0.9")
-    before = (folder / SETTINGS).read_bytes()
+    before = (folder / CONFIG).read_bytes()
     with open_run(folder, plan, resume=True):
         pass
-    assert (folder / SETTINGS).read_bytes() == before
+    assert (folder / CONFIG).read_bytes() == before
 
 
 def test_other_numerics_are_refused_and_named_with_what_to_do(folder, plan):
-    before = (folder / SETTINGS).read_bytes()
+    before = (folder / CONFIG).read_bytes()
     with (
         pytest.raises(InvalidInputError, match="SkylakeX") as caught,
         open_run(folder, plan, resume=True, numerics=lambda: OTHER),
@@ -59,7 +59,7 @@ def test_other_numerics_are_refused_and_named_with_what_to_do(folder, plan):
         pass
     assert "--accept-numerics" in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert (folder / SETTINGS).read_bytes() == before
+    assert (folder / CONFIG).read_bytes() == before
 
 
 def test_other_numerics_that_are_accepted_are_written_down(folder, plan):
@@ -83,7 +83,7 @@ def test_other_numerics_explain_nothing_where_versions_differ(folder):
 def test_a_folder_of_an_earlier_version_says_nothing_and_can_go_on(folder, plan):
     values = settings(folder)
     del values["provenance"]
-    (folder / SETTINGS).write_text(json.dumps(values))
+    (folder / CONFIG).write_text(json.dumps(values))
     with open_run(folder, plan, resume=True, numerics=lambda: OTHER) as run:
         assert run.origin.numerics == []
         assert run.origin.other_numerics(OTHER) == ""

@@ -47,8 +47,8 @@ def test_rows_are_paired_by_posture_set_and_seed(protocol):
 
 def test_what_is_shown_is_what_the_rows_name(protocol):
     plan = make_plan(protocol)
-    assert list(plan.shown) == ["case_a", "baseline7:3"]
-    assert list(plan.shown["baseline7:3"]) == load_suite("baseline7")[:3]
+    assert list(plan.demonstrated) == ["case_a", "baseline7:3"]
+    assert list(plan.demonstrated["baseline7:3"]) == load_suite("baseline7")[:3]
 
 
 def test_a_plan_is_the_same_after_a_file(protocol):

@@ -7,9 +7,12 @@ from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run.executors import Processes
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.replay import replay_episode
-from dressing_sim.benchmark.run.runner import Work, run_plan
 from dressing_sim.benchmark.run.store import load_run, open_run
-from dressing_sim.benchmark.studies import thresholds as sensitivity
+from dressing_sim.benchmark.studies import find_study
+from dressing_sim.benchmark.studies.study import read_results, run_jobs
+from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
+from dressing_sim.benchmark.studies.thresholds_verdicts import verdict_of
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rules import Thresholds
@@ -27,6 +30,14 @@ QUICK = EpisodeConfig(
 LEARNED, VARIED = 0, 1
 
 
+def again_of(run, index, observer=None):
+    return replay_episode(find_study(run.plan.protocol.study), run, index, observer)
+
+
+def results_of(run):
+    return read_results(find_study(run.plan.protocol.study), run)
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """A run of two episodes, one of a policy that learned, one of the expert in a varied world."""
@@ -41,7 +52,7 @@ def finished(tmp_path_factory):
     )
     plan = make_plan(Protocol("tiny", str(folder / "test.json"), entries), 3, QUICK)
     with Processes(1) as workers, open_run(folder / "run", plan) as run:
-        run_plan(run, workers)
+        run_jobs(Success(), run, workers)
     return folder / "run"
 
 
@@ -61,9 +72,9 @@ def tampered(finished):
 @pytest.mark.parametrize("index", [LEARNED, VARIED])
 def test_an_episode_comes_out_the_same_in_another_process(finished, index):
     run = load_run(finished)
-    again = replay_episode(run, index)
+    again = again_of(run, index)
     assert again.differences == []
-    assert again.result == run.results[index]
+    assert again.result == results_of(run)[index]
     assert (again.posture, again.config) == run.plan.jobs[index].situation(QUICK)[:2]
 
 
@@ -74,24 +85,24 @@ def judged(tmp_path_factory):
     arm = {"name": "test", "flexion_deg": 75, "abduction_deg": 20, "rotation_deg": 40}
     (folder / "test.json").write_text(json.dumps({"postures": [arm | {"elbow_deg": 10}]}))
     suite, config = str(folder / "test.json"), replace(QUICK, protective_stop=False)
-    protocol = replace(sensitivity.PROTOCOL, suite=suite, entries=(Entry("expert"),))
+    protocol = replace(PROTOCOL, suite=suite, entries=(Entry("expert"),))
     plan = make_plan(protocol, 3, config)
     with Processes(1) as workers, open_run(folder / "run", plan) as run:
-        run_plan(run, workers, work=Work(dress=sensitivity.dress_job))
+        run_jobs(ThresholdStudy(), run, workers)
     return folder / "run"
 
 
 def test_an_episode_of_the_study_of_thresholds_comes_out_the_same_with_all_its_verdicts(judged):
     run, seen = load_run(judged), []
-    again = replay_episode(run, 0, seen.append)
+    again = again_of(run, 0, seen.append)
     assert again.differences == []
-    assert again.result == run.results[0]
-    assert sensitivity.verdict_name("moment", 1.0) in again.result.outcome.metrics
+    assert again.result == results_of(run)[0]
+    assert verdict_of(again.result, "moment", 1.0) is not None
     assert seen  # so that it can be filmed
 
 
 def test_a_bit_that_differs_is_named(tampered):
-    (difference,) = replay_episode(load_run(tampered), LEARNED).differences
+    (difference,) = again_of(load_run(tampered), LEARNED).differences
     assert difference.startswith("figures.strain: ")
 
 
@@ -99,7 +110,7 @@ def test_a_demonstration_that_is_gone_is_an_error(finished):
     (file,) = (finished / "demonstrations").iterdir()
     moved = file.rename(finished / "elsewhere.h5")
     with pytest.raises(InvalidInputError, match=f"{file.name}: no such file"):
-        replay_episode(load_run(finished), LEARNED)
+        again_of(load_run(finished), LEARNED)
     moved.rename(file)
 
 
@@ -142,7 +153,7 @@ def test_the_command_fails_if_the_outcome_is_another(tampered, capsys):
 @pytest.fixture
 def elsewhere(tampered):
     """The tampered run, as if a processor of another kind had computed it."""
-    path = tampered / "settings.json"
+    path = tampered / "config.json"
     before = path.read_text()
     values = json.loads(before)
     values["provenance"]["numerics"] |= {"fingerprint": "0123456789ab", "blas": "openblas SkylakeX"}
@@ -152,7 +163,7 @@ def elsewhere(tampered):
 
 
 def test_on_another_kind_of_processor_the_last_bits_are_no_difference(elsewhere, capsys):
-    assert replay_episode(load_run(elsewhere), LEARNED).differences == []
+    assert again_of(load_run(elsewhere), LEARNED).differences == []
     main(["replay", str(elsewhere), str(LEARNED)])
     told = capsys.readouterr().out.splitlines()[-1]
     assert told.startswith("the same verdict as recorded, numbers within ")

@@ -9,8 +9,9 @@ from fake_benchmark import write_suite
 
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.run import store
+from dressing_sim.benchmark.run.lines import episode_values, parse_episode
 from dressing_sim.benchmark.run.plan import make_plan
-from dressing_sim.benchmark.run.store import episode_line, load_run, open_run, parse_line
+from dressing_sim.benchmark.run.store import load_run, open_run
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
 from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
@@ -45,7 +46,15 @@ def folder(tmp_path):
 def fill(folder, plan, results, **settings):
     with open_run(folder, plan, **settings) as run:
         for result in results:
-            run.append(result)
+            run.append(episode_values(plan, result))
+
+
+def json_line(plan, result):
+    return json.dumps(episode_values(plan, result))
+
+
+def parsed(run):
+    return [parse_episode(run.plan, line) for line in run.lines]
 
 
 def finish(folder):
@@ -54,35 +63,35 @@ def finish(folder):
 
 def test_a_line_holds_all_of_an_episode_and_can_be_read_back(plan, results):
     for result in results:
-        line = episode_line(plan.protocol, result)
+        line = json_line(plan, result)
         assert line.isascii()
         assert "\n" not in line
-        assert parse_line(plan, line) == result
+        assert parse_episode(plan, json.loads(line)) == result
     values = json.loads(line)
     assert (values["index"], values["protocol"], values["policy"]) == (5, "p", "tp-gmm")
     assert values["versions"] == versions()
 
 
 @pytest.mark.parametrize(
-    "line", ["", "{", "[]", '{"index": 0}', '{"index": 99, "policy": 0, "demonstrations": 0}']
+    "line", ["[]", '{"index": 0}', '{"index": 99, "policy": 0, "demonstrations": 0}']
 )
 def test_a_damaged_line_is_an_error(plan, line):
     with pytest.raises(InvalidInputError, match="not an episode"):
-        parse_line(plan, line)
+        parse_episode(plan, json.loads(line))
 
 
 def test_a_line_of_another_run_is_an_error(plan, results):
-    line = episode_line(plan.protocol, replace(results[0], entry=Entry("other", "case_a")))
+    line = json_line(plan, replace(results[0], entry=Entry("other", "case_a")))
     with pytest.raises(InvalidInputError, match="another run"):
-        parse_line(plan, line)
+        parse_episode(plan, json.loads(line))
 
 
 def test_an_episode_is_in_the_file_as_soon_as_it_is_appended(plan, results, folder):
     with open_run(folder, plan) as run:
         for count, result in enumerate(results, start=1):
-            assert run.append(result) == result
+            assert parse_episode(plan, run.append(episode_values(plan, result))) == result
             lines = (folder / "episodes.jsonl").read_text().splitlines()
-            assert lines == [episode_line(plan.protocol, r) for r in results[:count]]
+            assert lines == [json_line(plan, r) for r in results[:count]]
 
 
 def test_an_episode_is_forced_to_the_disk(plan, results, folder, monkeypatch):
@@ -107,9 +116,9 @@ def test_a_run_that_goes_on_knows_what_is_done(plan, results, folder):
     fill(folder, plan, [results[4], results[1]])
     with open_run(folder, plan, resume=True) as run:
         assert run.finished == {1, 4}
-        assert run.results == [results[1], results[4]]
-        run.append(results[0])
-    assert load_run(folder).results == [results[0], results[1], results[4]]
+        assert parsed(run) == [results[1], results[4]]
+        run.append(episode_values(plan, results[0]))
+    assert parsed(load_run(folder)) == [results[0], results[1], results[4]]
     assert load_run(folder).plan == plan
 
 
@@ -119,7 +128,7 @@ def test_sorted_lines_do_not_depend_on_the_order_of_their_ends(plan, results, tm
         shuffled = [results[i] for i in rng.permutation(len(results))]
         with open_run(tmp_path / str(number), plan) as run:
             for result in shuffled:
-                run.append(result)
+                run.append(episode_values(plan, result))
             run.sort()
         contents.add((tmp_path / str(number) / "episodes.jsonl").read_bytes())
     assert len(contents) == 1
@@ -136,7 +145,7 @@ def test_a_line_that_was_torn_at_any_byte_is_dropped(plan, results, folder):
         assert load_run(folder).finished == {0}
         with open_run(folder, plan, resume=True) as run:
             assert run.finished == {0}
-            run.append(results[1])
+            run.append(episode_values(plan, results[1]))
         assert path.read_bytes() == whole
 
 
@@ -155,13 +164,13 @@ def test_an_unfinished_run_is_not_replaced(plan, results, folder):
     fill(folder, plan, results[:1])
     with pytest.raises(InvalidInputError, match=r"unfinished.*--resume.*--out"):
         fill(folder, plan, results)
-    assert load_run(folder).results == results[:1]
+    assert parsed(load_run(folder)) == results[:1]
 
 
 def test_a_finished_run_is_replaced_and_other_files_are_left(plan, results, folder):
     fill(folder, plan, results)
     run = load_run(folder)
-    own = run.demonstration_file(plan.shown["case_a"][0], 0)
+    own = run.demonstration_file(plan.demonstrated["case_a"][0], 0)
     own.parent.mkdir()
     others = [folder / "notes.txt", own.parent / "mine.h5"]
     for file in [own, folder / "report.md", *others]:
@@ -181,7 +190,7 @@ def test_a_finished_run_can_be_resumed_without_loss(plan, results, folder):
     fill(folder, plan, results)
     finish(folder)
     with open_run(folder, plan, resume=True) as run:
-        assert run.results == results
+        assert parsed(run) == results
     assert (folder / "summary.json").exists()
 
 
@@ -191,7 +200,7 @@ def test_there_is_no_need_of_a_run_to_resume(plan, folder):
 
 
 @pytest.mark.parametrize("done", [True, False])
-def test_other_settings_are_refused_with_every_difference(plan, results, folder, done):
+def test_another_config_is_refused_with_every_difference(plan, results, folder, done):
     fill(folder, plan, results[:1])
     if done:
         finish(folder)
@@ -215,9 +224,9 @@ def test_other_settings_are_refused_with_every_difference(plan, results, folder,
 
 def test_other_versions_are_refused(plan, folder):
     fill(folder, plan, [])
-    settings = json.loads((folder / "settings.json").read_text())
+    settings = json.loads((folder / "config.json").read_text())
     settings["versions"]["mujoco"] = "3.0"
-    (folder / "settings.json").write_text(json.dumps(settings))
+    (folder / "config.json").write_text(json.dumps(settings))
     with (
         pytest.raises(InvalidInputError, match=r"versions.mujoco: '3.0' there"),
         open_run(folder, plan, resume=True),
@@ -226,16 +235,26 @@ def test_other_versions_are_refused(plan, folder):
 
 
 @pytest.mark.parametrize("resume", [False, True])
-def test_what_a_convergence_study_left_is_not_replaced(plan, folder, resume):
-    folder.mkdir(parents=True)
-    for name in ("convergence.svg", "episodes.jsonl", "summary.json"):
-        (folder / name).write_text("hers")
+def test_a_run_of_another_study_is_not_replaced(plan, results, folder, resume):
+    fill(folder, plan, results)
+    finish(folder)
+    before = (folder / "episodes.jsonl").read_bytes()
+    other = replace(plan, protocol=replace(plan.protocol, study="thresholds"))
     with (
-        pytest.raises(InvalidInputError, match="dressing-sim validate"),
-        open_run(folder, plan, resume),
+        pytest.raises(InvalidInputError, match="choose another --out"),
+        open_run(folder, other, resume),
     ):
         pass
-    assert (folder / "episodes.jsonl").read_text() == "hers"
+    assert (folder / "episodes.jsonl").read_bytes() == before
+
+
+def test_a_new_run_removes_the_plots_of_its_study_and_no_other_pictures(plan, results, folder):
+    fill(folder, plan, results)
+    finish(folder)
+    for name in ("success-rates.svg", "mine.svg"):
+        (folder / name).write_text("<svg/>")
+    fill(folder, plan, [])
+    assert [path.name for path in folder.glob("*.svg")] == ["mine.svg"]
 
 
 def test_a_run_stays_locked_while_its_report_is_made(plan, folder):
@@ -280,10 +299,10 @@ def test_a_folder_that_cannot_be_made_is_an_error(plan, tmp_path):
 
 
 @pytest.mark.parametrize("content", ["{", "[]", "{}", '{"protocol": {}}', "\x00"])
-def test_damaged_settings_are_an_error(plan, folder, content):
+def test_a_damaged_config_is_an_error(plan, folder, content):
     fill(folder, plan, [])
-    (folder / "settings.json").write_text(content)
-    with pytest.raises(InvalidInputError, match="settings"):
+    (folder / "config.json").write_text(content)
+    with pytest.raises(InvalidInputError, match="config"):
         load_run(folder)
 
 
@@ -295,8 +314,8 @@ def test_a_folder_without_a_run_is_an_error(tmp_path):
 def test_an_episode_that_is_not_there_is_an_error(plan, results, folder):
     fill(folder, plan, results[:1])
     run = load_run(folder)
-    assert run.line(0) == episode_line(plan.protocol, results[0])
-    with pytest.raises(InvalidInputError, match=r"no episode 1; valid is .* 0 to 5"):
+    assert run.line(0) == episode_values(plan, results[0])
+    with pytest.raises(InvalidInputError, match=r"no episode 1; valid is .* 0 to 0"):
         run.line(1)
 
 
@@ -308,7 +327,7 @@ def made_up(posture, seed=0):
 def test_demonstrations_have_a_file_a_posture_and_set(plan, folder):
     fill(folder, plan, [])
     run = load_run(folder)
-    first, second = plan.shown["case_a"]
+    first, second = plan.demonstrated["case_a"]
     strange = replace(first, name="../\u2603 " * 99)
     twin = replace(second, name=first.name)
     places = [(p, k) for p in (first, second, strange, twin) for k in (0, 1)]
@@ -321,7 +340,7 @@ def test_demonstrations_have_a_file_a_posture_and_set(plan, folder):
 def test_a_demonstration_on_another_posture_is_an_error(plan, folder):
     fill(folder, plan, [])
     run = load_run(folder)
-    first, second = plan.shown["case_a"]
+    first, second = plan.demonstrated["case_a"]
     save_demonstrations(run.demonstration_file(first, 0), [made_up(second)])
     with pytest.raises(InvalidInputError, match=first.name):
         run.load_demonstration(first, 0)

@@ -1,21 +1,27 @@
 import json
+from functools import partial
 
 import numpy as np
 import pytest
-from fake_trials import STUCK, outcome
+from fake_trials import fake_simulate
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.studies import convergence as validation
-from dressing_sim.benchmark.studies.convergence import (
+from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.progress import silent
+from dressing_sim.benchmark.run.store import load_run, open_run
+from dressing_sim.benchmark.studies import STUDIES
+from dressing_sim.benchmark.studies.convergence import Convergence, convergence_plan
+from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
     FINEST,
     PATHS,
-    Trial,
+    TrialJob,
     path_of,
     settings,
     simulate,
 )
+from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.cli import main
 from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
@@ -76,71 +82,92 @@ def test_a_coarser_mesh_would_not_do():
     (posture,) = (p for p in load_suite("val50") if p.name == "val02")
     chosen = {s.name: s for s in settings()}
     outcomes = {
-        name: simulate(chosen[name], "straight", posture, 0).outcome
+        name: simulate(TrialJob(0, chosen[name], "straight", posture), 0).outcome
         for name in (DEFAULT, "coarse mesh")
     }
     assert outcomes[DEFAULT].success
     assert "stuck" in outcomes["coarse mesh"].reasons
 
 
+def test_jobs_come_by_setting_path_and_posture_and_run_posture_by_posture(tmp_path):
+    plan = convergence_plan(postures=2, only=["coarse mesh"])
+    study = Convergence()
+    jobs = study.jobs(plan)
+    assert [job.index for job in jobs] == list(range(4 * len(PATHS) * 2))
+    assert [job.setting.name for job in jobs[:: len(PATHS) * 2]] == [
+        DEFAULT,
+        FINEST,
+        "coarse mesh",
+        CONVERGED,
+    ]
+    with open_run(tmp_path / "run", plan) as folder:
+        _, calls = study.calls(folder, jobs, None, silent)
+    order = [job for job, _ in calls]
+    assert {job.index for job in order} == {job.index for job in jobs}
+    for first in range(0, len(order), 4):
+        assert len({(job.posture, job.path) for job in order[first : first + 4]}) == 1
+
+
 @pytest.fixture
-def ran(monkeypatch, tmp_path):
-    """The command line without physics; settings and number of postures are collected."""
-    asked = []
-
-    def study(postures, chosen, crew, seed, progress):
-        asked.append(([setting.name for setting in chosen], len(postures), seed))
-        outcomes = outcome(STUCK) if seed == 7 else outcome()
-        return [
-            Trial(s.name, kind, p.name, outcomes, 1.0)
-            for s in chosen
-            for kind in PATHS
-            for p in postures
-        ]
-
+def validate(monkeypatch, tmp_path):
+    """The command line without physics."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(validation, "validate", study)
-    return asked
+    monkeypatch.setitem(STUDIES, "convergence", partial(Convergence, fake_simulate))
+    return lambda *arguments: main(["validate", "--workers", "1", *arguments])
 
 
-@pytest.mark.parametrize("only", ["coarse mesh", "coarse mesh, default", f"coarse mesh,{FINEST}"])
-def test_the_default_the_finest_and_a_converged_solver_are_always_tried(ran, only, tmp_path):
-    main(["validate", "--workers", "1", "--postures", "3", "--only", only, "--out", "here"])
-    assert ran == [([DEFAULT, FINEST, "coarse mesh", CONVERGED], 3, 0)]
+@pytest.mark.parametrize("only", ["coarse mesh, default", f"coarse mesh,{FINEST}"])
+def test_the_default_the_finest_and_a_converged_solver_are_always_tried(validate, only, tmp_path):
+    validate("--postures", "3", "--only", only, "--out", "here")
+    plan = load_run(tmp_path / "here").plan
+    assert plan.options == {"settings": [DEFAULT, FINEST, "coarse mesh", CONVERGED]}
+    assert (len(plan.tested), plan.seed) == (3, 0)
     summary = json.loads((tmp_path / "here" / "summary.json").read_text())
     assert summary["passed"]
     assert summary["solver_error"] == 0.0
+    assert (tmp_path / "here" / "convergence.svg").is_file()
 
 
-def test_all_settings_are_tried_unless_some_are_chosen(ran):
-    main(["validate", "--workers", "1"])
-    assert ran == [([setting.name for setting in settings()], 15, 0)]
+def test_all_settings_are_tried_unless_some_are_chosen():
+    plan = convergence_plan()
+    assert plan.options == {"settings": [setting.name for setting in settings()]}
+    assert len(plan.tested) == 15
 
 
-def test_a_solver_that_could_not_be_judged_is_exit_code_1(ran, capsys):
+def test_a_study_that_stopped_goes_on(validate, tmp_path):
+    arguments = ("--postures", "1", "--only", "CG", "--out", "here")
+    validate(*arguments)
+    file = tmp_path / "here" / "episodes.jsonl"
+    whole = file.read_bytes()
+    file.write_bytes(b"".join(whole.splitlines(keepends=True)[:5]))
+    (tmp_path / "here" / "summary.json").unlink()
+    validate(*arguments, "--resume")
+    assert file.read_bytes() == whole
+
+
+def test_a_solver_that_could_not_be_judged_is_exit_code_1(validate, capsys):
     with pytest.raises(SystemExit) as stopped:
-        main(["validate", "--workers", "1", "--only", "CG", "--seed", "7", "--json"])
+        validate("--postures", "2", "--only", "CG", "--seed", "7", "--json")
     assert stopped.value.code == 1
     assert json.loads(capsys.readouterr().out)["agreement"] == 1.0
 
 
-def test_an_unknown_setting_is_one_line(ran, capsys, tmp_path):
+def test_an_unknown_setting_is_one_line(validate, capsys, tmp_path):
     with pytest.raises(SystemExit) as stopped:
-        main(["validate", "--only", "coarse mesh,finer"])
+        validate("--only", "coarse mesh,finer")
     assert stopped.value.code == 2
     error = capsys.readouterr().err
     assert f"unknown setting 'finer'; valid is one of {DEFAULT}" in error
     assert error.count("\n") == 1
-    assert ran == []
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_with_a_run_of_another_command_is_left_alone(ran, capsys, tmp_path):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "settings.json").write_text("{}")
+def test_a_folder_with_a_run_of_another_study_is_left_alone(validate, capsys, tmp_path):
+    with open_run(tmp_path / "run", make_plan(find_protocol("paper"))):
+        pass
+    before = (tmp_path / "run" / "config.json").read_bytes()
     with pytest.raises(SystemExit) as stopped:
-        main(["validate", "--workers", "1", "--out", "run"])
+        validate("--out", "run")
     assert stopped.value.code == 2
-    assert "run holds a run of another command" in capsys.readouterr().err
-    assert ran == []
-    assert [path.name for path in (tmp_path / "run").iterdir()] == ["settings.json"]
+    assert "run holds a run of another study, 'success'" in capsys.readouterr().err
+    assert (tmp_path / "run" / "config.json").read_bytes() == before

@@ -6,15 +6,6 @@ from fake_trials import CHOSEN, NAMES, STUCK, outcome, row, trials
 
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.report.write import write_report
-from dressing_sim.benchmark.studies.convergence import (
-    CONVERGED,
-    DEFAULT,
-    FINEST,
-    PATHS,
-    Trial,
-    settings,
-    write_trials,
-)
 from dressing_sim.benchmark.studies.convergence_document import (
     convergence_document,
     convergence_plot,
@@ -22,6 +13,14 @@ from dressing_sim.benchmark.studies.convergence_document import (
     validation_table,
 )
 from dressing_sim.benchmark.studies.convergence_summary import compare
+from dressing_sim.benchmark.studies.convergence_trials import (
+    CONVERGED,
+    DEFAULT,
+    FINEST,
+    PATHS,
+    Trial,
+    settings,
+)
 from dressing_sim.episode.rules import Failure, Outcome
 
 
@@ -92,7 +91,9 @@ def test_the_solver_s_error_is_that_of_nine_of_ten_dressings(error, passed):
                 strain = 0.1 * (1.0 + (5.0 if i == 3 and name == DEFAULT else off[name]))
                 failures = STUCK if kind == "too low" and i < 2 else ()
                 scale = 7.0 if failures and name == DEFAULT else 1.0
-                made.append(Trial(name, kind, f"p{i}", outcome(failures, scale * strain), 1.0))
+                made.append(
+                    Trial(len(made), name, kind, f"p{i}", outcome(failures, scale * strain), 1.0)
+                )
     summary = compare(made, [SOLVERS[name] for name in names])
     assert row(summary, DEFAULT)["solver_error"] == pytest.approx(error)
     assert summary["solver_error"] == row(summary, DEFAULT)["solver_error"]
@@ -118,10 +119,8 @@ def test_without_a_dressing_that_succeeds_the_solver_is_not_judged_and_nothing_p
 def test_the_report_says_what_the_summary_says(tmp_path):
     made = trials(default={3: outcome(STUCK, strain=0.4)})
     summary = compare(made, CHOSEN)
-    write_trials(tmp_path, made)
     write_report(tmp_path, convergence_document(made, summary, "the command"), summary)
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
-    assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == len(made)
     text = (tmp_path / "report.md").read_text()
     assert "do NOT agree" in text
     assert "36 / 40 (90 %)" in text

@@ -4,47 +4,57 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_benchmark import Threads
+from fake_benchmark import Threads, steady_demonstrate
 
+from dressing_sim.benchmark.records import Entry
 from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.progress import silent
+from dressing_sim.benchmark.run.runner import Work
+from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import cost
 from dressing_sim.benchmark.studies.cost import (
     PAPER_COST,
     PAPER_DISCARDED,
+    Cost,
+    CostJob,
     CostRun,
-    run_paper_cost,
     run_seed,
     summarise_runs,
 )
 from dressing_sim.benchmark.studies.cost_document import cost_document, cost_plot, cost_table
-from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.episode.operator import Operator
+from dressing_sim.benchmark.studies.protocols import find_protocol
+from dressing_sim.benchmark.studies.study import run_study
+from dressing_sim.errors import DressingSimError
 from dressing_sim.learning import AugmentOptions
 from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig
-from dressing_sim.suites.suites import load_suite
-from dressing_sim.world.scene import WorldConfig, grip_start
 
 QUICK = AugmentedTPGMMConfig(options=AugmentOptions(max_iterations=12), samples=60)
 
 
-@pytest.fixture(scope="module")
-def shown():
-    """What the operator would do on the postures of both cases, recorded without a world."""
-    operator, rng = Operator(), np.random.default_rng(0)
-    sets = {}
-    for name in ("case_a", "case_b"):
-        sets[name] = []
-        for posture in load_suite(name):
-            path = operator.path(posture, grip_start(posture, WorldConfig().sleeve), rng)
-            sets[name].append(Demonstration(path, 0.02, posture, 0, np.zeros((len(path), 7))))
-    return sets
+JOB = CostJob(0, Entry("tp-gmm-rf", "case_a"), 0)
+
+
+def run_cost(folder, workers, seed=3, runs=3, config=QUICK, progress=silent, entries=None):
+    """The summary of the study, of demonstrations that were made without a world."""
+    protocol = find_protocol("paper-cost")
+    plan = make_plan(
+        replace(protocol, entries=entries or protocol.entries), seed, options={"runs": runs}
+    )
+    study = Cost(Work(demonstrate=steady_demonstrate), config)
+    return run_study(study, plan, workers, folder, progress=progress).summary
 
 
 @pytest.fixture(scope="module")
-def summary(shown):
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cost") / "run"
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
     with Threads(1) as workers:
-        return run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
+        return run_cost(folder, workers)
 
 
 def without_seconds(summary):
@@ -78,14 +88,14 @@ def test_the_cost_of_all_runs_never_rises(summary):
     assert fell
 
 
-def test_the_summary_does_not_depend_on_the_number_of_workers(shown, summary):
+def test_the_summary_does_not_depend_on_the_number_of_workers(tmp_path, summary):
     with Threads(3) as workers:
-        again = run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
+        again = run_cost(tmp_path / "run", workers)
     assert without_seconds(again) == without_seconds(summary)
     assert json.loads(json.dumps(summary)) == summary
 
 
-def test_a_run_whose_worker_died_is_run_once_more(shown, summary):
+def test_a_run_whose_worker_died_is_run_once_more(tmp_path, summary):
     class FirstDies(Threads):
         calls = 0
 
@@ -98,25 +108,36 @@ def test_a_run_whose_worker_died_is_run_once_more(shown, summary):
             return future
 
     with FirstDies(2) as workers:
-        again = run_paper_cost(workers, shown, seed=3, config=QUICK, runs=3)
+        again = run_cost(tmp_path / "run", workers)
     assert without_seconds(again) == without_seconds(summary)
 
 
-def test_runs_can_be_sent_to_processes(shown):
+def test_a_finished_study_goes_on_without_another_run(folder, summary):
+    study, plan = Cost(Work(None, None, None), QUICK), load_run(folder).plan
+    with Threads(1) as workers:
+        again = run_study(study, plan, workers, folder, resume=True).summary
+    assert again == summary
+    assert len(load_run(folder).lines) == 18
+
+
+def test_runs_can_be_sent_to_processes(tmp_path):
     config = replace(
         QUICK, options=AugmentOptions(max_iterations=1), free_axes="arm-plane", situations="arms"
     )
+    entries = tuple(Entry(policy, "case_a") for policy in AUGMENTED)
     told = []
     with Processes(1) as workers:
-        result = run_paper_cost(
-            workers,
-            {"case_a": shown["case_a"]},
-            config=config,
-            runs=1,
-            progress=lambda *call: told.append(call),
+        result = run_cost(
+            tmp_path / "run", workers, 0, 1, config, lambda *call: told.append(call), entries
         )
     assert result["config"]["policy"]["free_axes"] == "arm-plane"
-    assert told == [("runs", done, len(AUGMENTED), ()) for done in range(len(AUGMENTED) + 1)]
+    runs = [call for call in told if call[0] == "runs"]
+    assert runs == [("runs", done, len(AUGMENTED), "") for done in range(len(AUGMENTED) + 1)]
+
+
+def test_a_job_that_kills_its_workers_is_an_error():
+    with pytest.raises(DressingSimError, match="job 0: worker died twice"):
+        Cost().lost(None, JOB, "worker died twice")
 
 
 def test_every_run_has_its_own_seed():
@@ -125,7 +146,7 @@ def test_every_run_has_its_own_seed():
 
 
 def test_a_run_that_does_not_get_there_is_counted_honestly():
-    runs = [CostRun((4.0, 2.0, 1.0), (0, 3, 9), 1.0), CostRun((4.0, 3.0), (0, 1), 1.0)]
+    runs = [CostRun(JOB, (4.0, 2.0, 1.0), (0, 3, 9), 1.0), CostRun(JOB, (4.0, 3.0), (0, 1), 1.0)]
     none, one, two, three = summarise_runs(runs, 3, np.random.default_rng(0))
     assert (none["n_reached"], none["cost"], none["discarded"]) == (2, 4.0, 0.0)
     assert none["cost_ci95"] == [4.0, 4.0]
@@ -140,7 +161,7 @@ def test_a_run_that_does_not_get_there_is_counted_honestly():
 
 def test_intervals_narrow_with_the_number_of_runs(rng):
     def width(n):
-        runs = [CostRun((value,), (0,), 1.0) for value in rng.normal(5.0, 1.0, n)]
+        runs = [CostRun(JOB, (value,), (0,), 1.0) for value in rng.normal(5.0, 1.0, n)]
         low, high = summarise_runs(runs, 0, np.random.default_rng(0))[0]["cost_ci95"]
         return high - low
 
@@ -177,7 +198,7 @@ def test_the_plot_is_the_same_each_time(summary):
 
 
 def test_a_step_that_no_run_reached_has_no_number_in_the_table(summary):
-    runs = [CostRun((4.0,), (0,), 1.0)]
+    runs = [CostRun(JOB, (4.0,), (0,), 1.0)]
     row = {**summary["rows"][0], "n_runs": 1}
     row["steps"] = summarise_runs(runs, 1, np.random.default_rng(0))
     last = cost_table({**summary, "rows": [row]})[-1]

@@ -8,12 +8,14 @@ from fake_results import HIT, SMALL, STUCK, UNREACHABLE, results_of
 
 from dressing_sim.benchmark.studies import pictures
 from dressing_sim.benchmark.studies.pictures import failure_picture, failure_pictures
+from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import DressingSimError
 
 DT = EpisodeConfig().tracking.dt
 N_STEPS = 200
 SETTLED = -1.0
+STUDY = Success()
 
 
 class FakeRenderer:
@@ -45,7 +47,7 @@ def without_physics(monkeypatch):
     """Episodes of so many steps with the number of the step as their state."""
     differences = []
 
-    def replay(folder, index, observer):
+    def replay(study, folder, index, observer):
         result = folder[index]
         world = SimpleNamespace(data=SimpleNamespace(qpos=np.zeros(1)))
         for step in range(0 if result.outcome is UNREACHABLE else N_STEPS):
@@ -65,7 +67,7 @@ def without_physics(monkeypatch):
 def drawn(outcome, **options):
     """The brightness of the picture of an episode with this outcome, and its shape."""
     (result, *_) = results = results_of(SMALL, [[outcome], [HIT], [HIT]])
-    file = failure_picture(dict(enumerate(results)), result, **options)
+    file = failure_picture(STUDY, dict(enumerate(results)), result, **options)
     picture = imageio.imread(BytesIO(file), extension=".png")
     assert picture.min() == picture.max()
     return int(picture.max()), picture.shape
@@ -97,7 +99,7 @@ def test_pictures_are_as_large_as_wanted():
 def test_an_episode_that_comes_out_otherwise_has_no_picture(without_physics):
     without_physics.append("success: recorded false, now true")
     (result, *_) = results = results_of(SMALL, [[HIT], [HIT], [HIT]])
-    assert failure_picture(dict(enumerate(results)), result) is None
+    assert failure_picture(STUDY, dict(enumerate(results)), result) is None
 
 
 def test_without_opengl_nothing_is_simulated(monkeypatch):
@@ -108,8 +110,8 @@ def test_without_opengl_nothing_is_simulated(monkeypatch):
     monkeypatch.setattr(pictures, "replay_episode", None)
     results = results_of(SMALL, [[HIT], [HIT], [HIT]])
     with pytest.raises(DressingSimError, match="no offscreen OpenGL"):
-        failure_picture({}, results[0])
-    drawn = failure_pictures({}, results)
+        failure_picture(STUDY, {}, results[0])
+    drawn = failure_pictures(STUDY, {}, results)
     assert drawn.png == {}
     assert drawn.missing == "pictures left out: no offscreen OpenGL works here"
 
@@ -117,5 +119,5 @@ def test_without_opengl_nothing_is_simulated(monkeypatch):
 @pytest.mark.usefixtures("without_physics")
 def test_a_failed_episode_of_each_of_the_hardest_postures_is_drawn():
     results = results_of(SMALL, [[HIT, HIT], [STUCK, HIT], [HIT, HIT]])
-    drawn = failure_pictures(dict(enumerate(results)), results)
+    drawn = failure_pictures(STUDY, dict(enumerate(results)), results)
     assert list(drawn.png) == [2, 3]

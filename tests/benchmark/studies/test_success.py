@@ -5,12 +5,12 @@ import pytest
 
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.studies.success import PROTOCOLS, find_protocol
+from dressing_sim.benchmark.studies.protocols import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.hyperparameters import changed
 from dressing_sim.policies.paper import AUGMENTED, POLICIES
 from dressing_sim.policies.registry import EXPERT, make_policy
-from dressing_sim.suites.suites import load_suite, shown_postures
+from dressing_sim.suites.suites import demonstration_postures, load_suite
 
 
 def joints(posture):
@@ -24,7 +24,7 @@ def test_no_protocol_tests_on_a_posture_that_it_demonstrates(name):
     assert protocol.name == name
     tested = {joints(posture) for posture in load_suite(protocol.suite)}
     for entry in protocol.entries:
-        shown = shown_postures(entry.demonstrations) if entry.demonstrations else []
+        shown = demonstration_postures(entry.demonstrations) if entry.demonstrations else []
         assert not tested & {joints(posture) for posture in shown}
 
 
@@ -50,8 +50,8 @@ def test_the_large_protocols_have_what_they_compare():
     assert len(load_suite(full.suite)) == 200
     budget, robust = find_protocol("budget"), find_protocol("robust")
     for policy in ("tp-gmm", "tp-gmm-rf"):
-        shown = [shown_postures(e.demonstrations) for e in budget.entries if e.policy == policy]
-        assert [len(postures) for postures in shown] == [2, 3, 4, 5, 6, 7]
+        suites = [e.demonstrations for e in budget.entries if e.policy == policy]
+        assert [len(demonstration_postures(suite)) for suite in suites] == [2, 3, 4, 5, 6, 7]
     rows = {(e.policy, e.demonstrations) for e in robust.entries}
     compared = {(p, case) for p in ("tp-gmm", "tp-gmm-rf-noise") for case in ("case_a", "case_b")}
     assert rows == {("expert", None), ("tp-gmm", "baseline7")} | compared
@@ -100,7 +100,7 @@ def test_a_change_is_made_to_all_rows_that_it_can_change():
 
 def test_the_cost_is_of_the_augmented_policies_on_both_cases():
     cost = find_protocol("paper-cost")
-    assert cost.kind == "cost"
+    assert cost.study == "cost"
     assert {e.demonstrations for e in cost.entries} == {"case_a", "case_b"}
     assert {e.policy for e in cost.entries} == set(AUGMENTED)
 
@@ -142,23 +142,23 @@ def test_a_variation_holds_for_every_row_and_takes_the_place_of_their_own():
 
 def test_a_number_after_the_name_means_the_first_postures():
     suite = load_suite("baseline7")
-    assert [shown_postures(f"baseline7:{n}") for n in range(1, 8)] == [
+    assert [demonstration_postures(f"baseline7:{n}") for n in range(1, 8)] == [
         suite[:n] for n in range(1, 8)
     ]
-    assert shown_postures("baseline7") == suite
-    assert len(shown_postures("random:2:3")) == 2
+    assert demonstration_postures("baseline7") == suite
+    assert len(demonstration_postures("random:2:3")) == 2
 
 
 @pytest.mark.parametrize("name", ["baseline7:0", "baseline7:8", "baseline7:99"])
 def test_more_postures_than_there_are_is_an_error_that_says_how_many(name):
     with pytest.raises(InvalidInputError, match=f"'{name}': valid is 1 to 7"):
-        shown_postures(name)
+        demonstration_postures(name)
 
 
 @pytest.mark.parametrize("name", ["nowhere", "nowhere:2", "baseline7:x", ":2"])
 def test_an_unknown_suite_of_demonstrations_is_an_error(name):
     with pytest.raises(InvalidInputError, match="unknown suite"):
-        shown_postures(name)
+        demonstration_postures(name)
 
 
 def test_a_protocol_without_demonstration_sets_is_an_error():

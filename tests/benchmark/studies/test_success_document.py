@@ -30,7 +30,7 @@ from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown, markdown_table
-from dressing_sim.benchmark.studies.success import PROTOCOLS
+from dressing_sim.benchmark.studies.protocols import PROTOCOLS
 from dressing_sim.benchmark.studies.success_document import Pictures, headline, success_document
 from dressing_sim.benchmark.studies.success_plots import (
     differences_plot,

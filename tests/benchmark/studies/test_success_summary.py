@@ -16,7 +16,8 @@ from fake_results import (
 )
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
-from dressing_sim.benchmark.analysis.comparisons import comparisons, rows_by_entry
+from dressing_sim.benchmark.analysis.comparisons import comparisons
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import rate_interval_over_sets, wilson_interval
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.episode.demonstration import versions
@@ -89,7 +90,7 @@ def test_a_row_that_learned_has_a_rate_for_each_set_and_they_add_up(full):
 
 def test_a_row_that_learned_from_several_sets_has_an_interval_for_others_too(full):
     results, summary = full
-    measured = rows_by_entry(results)
+    measured = EpisodeTable.of(results).rows
     for row, entry in zip(summary["rows"], FULL.entries, strict=True):
         expected = rate_interval_over_sets(measured[entry], np.random.default_rng(0))
         if entry.demonstrations is None:
@@ -113,9 +114,9 @@ def test_rows_of_one_policy_under_different_variation_are_kept_apart():
 
 def test_comparisons_and_claims_are_part_of_a_summary(full):
     results, summary = full
-    again = comparisons(results, np.random.default_rng(0))
+    again = comparisons(EpisodeTable.of(results), np.random.default_rng(0))
     assert summary["comparisons"] == again
-    claims = judge_claims(results, np.random.default_rng(0))
+    claims = judge_claims(EpisodeTable.of(results), np.random.default_rng(0))
     assert summary["claims"] == [claim.to_dict() for claim in claims]
     # The same comparison reads the same in both.
     intervals = {

@@ -18,7 +18,7 @@ from fake_results import (
     results_of,
 )
 
-from dressing_sim.benchmark.analysis.comparisons import rows_by_entry
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import contrast, rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.studies.success_summary import summarise
@@ -102,7 +102,7 @@ def test_every_rate_is_in_its_cell_and_what_was_not_run_is_a_dash(measured):
 
 def test_differences_are_those_over_the_episodes_that_both_rows_have(measured):
     results, summary = measured
-    rows = rows_by_entry(results)
+    rows = EpisodeTable.of(results).rows
     for (line, column), cell in cells_by_place(summary).items():
         told = re.fullmatch(r"[\d.]+ % \(([+-][\d.]+), ([+-]\d+) to ([+-]\d+)\)", cell)
         assert (told is not None) == (line != "as chosen" and cell != "-")
@@ -206,7 +206,7 @@ def test_the_table_has_a_column_for_variation_if_there_is_any():
 
 def test_the_table_has_intervals_for_other_demonstrations_where_there_are_several_sets(full):
     results, summary = full
-    measured = rows_by_entry(results)
+    measured = EpisodeTable.of(results).rows
     heading, *lines = table(summary)
     place = heading.index("over sets")
     for line, entry in zip(lines, FULL.entries, strict=True):

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from dressing_sim.benchmark.run.plan import Job
-from dressing_sim.benchmark.studies import thresholds as sensitivity
-from dressing_sim.benchmark.studies.thresholds import (
+from dressing_sim.benchmark.studies import thresholds_verdicts
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL
+from dressing_sim.benchmark.studies.thresholds_verdicts import (
     FACTORS,
     NAMES,
-    PROTOCOL,
     StrainReader,
-    dress_job,
+    dress_and_judge,
     scaled,
     variants,
-    verdict_name,
+    verdict_of,
     verdicts,
 )
 from dressing_sim.episode.config import EpisodeConfig
@@ -82,10 +82,9 @@ def judged(trace, strain=None, outcome=None, finished=True):
         column = None if trace is None else trace.strain
         strain = {variant.strain_percentile: column for *_, variant in variants(RULES)}
     found = verdicts(recording, SHOULDER, RULES, strain)
-    assert list(found) == [verdict_name(name, factor) for name in NAMES for factor in FACTORS]
-    return {
-        name: tuple(f for f in FACTORS if found[verdict_name(name, f)] == 1.0) for name in NAMES
-    }
+    assert list(found) == list(NAMES)
+    assert all(list(found[name]) == [f"{factor:g}" for factor in FACTORS] for name in NAMES)
+    return {name: tuple(f for f in FACTORS if found[name][f"{f:g}"]) for name in NAMES}
 
 
 def test_a_dressing_that_would_have_gone_on_into_a_breakdown_has_no_verdict():
@@ -93,15 +92,16 @@ def test_a_dressing_that_would_have_gone_on_into_a_breakdown_has_no_verdict():
     strain = {variant.strain_percentile: None for *_, variant in variants(RULES)}
     pulled = changed("grip_force", LONG, 1.15 * RULES.grip_force)
     torn = changed("grip_force", slice(100, 100 + 2 * MOMENT), 2.0 * RULES.grip_force)
-    everything = {verdict_name(name, factor) for name in NAMES for factor in FACTORS}
-    looser = {verdict_name("grip_force", f) for f in FACTORS if f > 1.15}
+    everything = {(name, f"{factor:g}") for name in NAMES for factor in FACTORS}
+    looser = {("grip_force", f"{f:g}") for f in FACTORS if f > 1.15}
     # Pulled for so short a time that a longer moment forgives it, too.
-    looser |= {verdict_name("moment", f) for f in FACTORS if f > 1.0}
+    looser |= {("moment", f"{f:g}") for f in FACTORS if f > 1.0}
     for trace, unknown in ((good(), everything), (pulled, looser), (torn, set())):
         recording = Recording(Outcome(True), trace, None, np.zeros((1, 3)), True, "BADQVEL")
         found = verdicts(recording, SHOULDER, RULES, dict.fromkeys(strain, trace.strain))
-        assert everything - set(found) == unknown
-        assert not any(found.values())
+        known = {(name, factor) for name, own in found.items() for factor in own}
+        assert everything - known == unknown
+        assert not any(success for own in found.values() for success in own.values())
 
 
 LONG = slice(100, 100 + MOMENT + 1)
@@ -214,19 +214,20 @@ def test_an_episode_carries_its_verdicts(monkeypatch):
         outcome = Outcome(False, metrics={"strain": 0.1})
         return Recording(outcome, base, None, np.zeros((1, 3)), finished=True)
 
-    monkeypatch.setattr(sensitivity, "record", record)
+    monkeypatch.setattr(thresholds_verdicts, "record", record)
     config = EpisodeConfig(time_limit=12.0)
-    result = dress_job("source", job, config)
+    result = dress_and_judge("source", job, config)
     assert seen == [("source", job.posture, job.seed, config)]
     assert (result.index, result.entry, result.posture) == (3, job.entry, job.posture)
-    figures = result.outcome.metrics
-    assert figures["strain"] == 0.1
+    assert result.outcome.metrics == {"strain": 0.1}
     for factor in FACTORS:
-        assert figures[verdict_name("grip_force", factor)] == float(factor > 1.15)
-    assert json.loads(json.dumps(result.outcome.to_dict()))["figures"] == figures
+        assert verdict_of(result, "grip_force", factor) is (factor > 1.15)
+    assert json.loads(json.dumps(result.extra)) == result.extra
 
 
 def test_a_void_episode_has_no_verdicts(monkeypatch):
     void = Recording(Outcome(False, invalid="not finite"), None, None, np.zeros((1, 3)))
-    monkeypatch.setattr(sensitivity, "record", lambda *arguments: void)
-    assert dress_job(None, one_job(), EpisodeConfig()).outcome == void.outcome
+    monkeypatch.setattr(thresholds_verdicts, "record", lambda *arguments: void)
+    result = dress_and_judge(None, one_job(), EpisodeConfig())
+    assert (result.outcome, result.extra) == (void.outcome, {})
+    assert verdict_of(result, "strain", 1.0) is None

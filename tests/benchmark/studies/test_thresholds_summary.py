@@ -1,25 +1,22 @@
 import json
 import re
 from dataclasses import replace
+from functools import partial
 
 import pytest
+from fake_benchmark import fake_work
+from fake_thresholds import episodes, fake_judge, turning
 
 from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.statistics import wilson_interval
-from dressing_sim.benchmark.records import Entry, EpisodeResult
+from dressing_sim.benchmark.records import Entry
 from dressing_sim.benchmark.report.plots import STYLES
 from dressing_sim.benchmark.report.write import write_report
-from dressing_sim.benchmark.run import runner
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.runner import Work
-from dressing_sim.benchmark.studies import thresholds_summary as sensitivity_summary
-from dressing_sim.benchmark.studies.thresholds import (
-    FACTORS,
-    NAMES,
-    PROTOCOL,
-    dress_job,
-    verdict_name,
-)
+from dressing_sim.benchmark.run.store import load_run
+from dressing_sim.benchmark.studies import STUDIES
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
 from dressing_sim.benchmark.studies.thresholds_document import (
     headline,
     sensitivity_plot,
@@ -28,9 +25,16 @@ from dressing_sim.benchmark.studies.thresholds_document import (
     turned_table,
 )
 from dressing_sim.benchmark.studies.thresholds_summary import summarise
+from dressing_sim.benchmark.studies.thresholds_verdicts import (
+    FACTORS,
+    NAMES,
+    TOLERATED,
+    VERDICTS,
+    dress_and_judge,
+)
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.rules import Thresholds
 from dressing_sim.episode.thresholds import threshold_sources
 from dressing_sim.suites.suites import load_suite
 
@@ -39,27 +43,9 @@ POSTURES = load_suite("val50")[:40]
 PAIR = replace(PROTOCOL, entries=(Entry("expert"), Entry("tp-gmm", "case_a")))
 
 
-def episodes(successes, protocol=PAIR, void=(), postures=POSTURES):
-    """Results in which row r succeeds in so many episodes: `successes(r, threshold, factor)`."""
-    results = []
-    for row, entry in enumerate(protocol.entries):
-        for column, posture in enumerate(postures):
-            figures = {
-                verdict_name(name, factor): float(column < successes(row, name, factor))
-                for name in NAMES
-                for factor in FACTORS
-            }
-            outcome = Outcome(figures[verdict_name("strain", 1.0)] == 1.0, (), figures)
-            if (row, column) in void:
-                outcome = Outcome(False, invalid="not finite")
-            index = len(results)
-            results.append(EpisodeResult(index, entry, posture, 0, index, {}, outcome))
-    return results
-
-
-def summary_of(successes, **settings):
-    protocol = settings.get("protocol", PAIR)
-    return summarise(protocol, episodes(successes, **settings), RULES, {"seed": 0})
+def summary_of(successes, protocol=PAIR, void=()):
+    results = episodes(successes, protocol, POSTURES, void)
+    return summarise(protocol, results, RULES, {"seed": 0})
 
 
 def threshold_of(summary, name):
@@ -88,17 +74,12 @@ def test_rates_are_counted_by_threshold_factor_and_row():
 
 
 def test_the_summary_does_not_depend_on_the_order_of_results():
-    results = episodes(lambda row, name, factor: 20 + row * round(10 * (factor - 1.05)))
+    results = episodes(
+        lambda row, name, factor: 20 + row * round(10 * (factor - 1.05)), PAIR, POSTURES
+    )
     straight = summarise(PAIR, results, RULES, {})
     assert summarise(PAIR, results[::-1], RULES, {}) == straight
     assert any(t["turned"] for t in straight["thresholds"])
-
-
-def turning(at, lead):
-    """The second row overtakes the first where strain is multiplied by `at` or more."""
-    return lambda row, name, factor: (
-        20 + (lead if row == (name == "strain" and factor >= at) else 0)
-    )
 
 
 @pytest.mark.parametrize(
@@ -216,30 +197,30 @@ def test_the_report_is_written_whole(tmp_path):
 
 
 @pytest.fixture
-def ran(monkeypatch, tmp_path):
-    """The command line without physics; what was asked for is collected."""
-    asked = []
-
-    def run_plan(folder, workers, progress, work):
-        asked.append((folder.plan, work))
-        plan = folder.plan
-        results = episodes(turning(1.1, 15), protocol=plan.protocol, postures=plan.tested)
-        return [folder.append(result) for result in results]
-
+def thresholds(monkeypatch, tmp_path):
+    """The command line without physics, on a protocol of so many postures."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(runner, "run_plan", run_plan)
-    return asked
+
+    def run(n_postures, *arguments):
+        work = replace(fake_work(tmp_path), dress=partial(fake_judge, n_postures))
+        monkeypatch.setitem(STUDIES, "thresholds", partial(ThresholdStudy, work))
+        main(["thresholds", "--workers", "1", *arguments])
+
+    return run
 
 
-def test_the_command_measures_the_study_beyond_protective_stops(ran, tmp_path, capsys):
-    main(["thresholds", "--workers", "1", "--seed", "3", "--out", "here", "--json"])
-    ((plan, work),) = ran
+def test_jobs_of_the_study_dress_and_judge():
+    assert ThresholdStudy().work == Work(dress=dress_and_judge)
+
+
+def test_the_command_measures_the_study_beyond_protective_stops(thresholds, tmp_path, capsys):
+    thresholds(50, "--seed", "3", "--out", "here", "--json")
     summary = json.loads(capsys.readouterr().out)
     assert json.loads((tmp_path / "here" / "summary.json").read_text()) == summary
+    plan = load_run(tmp_path / "here").plan
     assert plan.protocol == PROTOCOL
     assert plan.config == EpisodeConfig(protective_stop=False)
     assert plan.seed == summary["config"]["seed"] == 3
-    assert work == Work(dress=dress_job)
     assert [label_of(row) for row in summary["thresholds"][0]["rows"]] == [
         "expert",
         "tp-gmm on case_a",
@@ -249,24 +230,26 @@ def test_the_command_measures_the_study_beyond_protective_stops(ran, tmp_path, c
         "tp-gmm-rf-noise on case_b",
         "tp-gmm on baseline7",
     ]
+    strain = threshold_of(summary, "strain")["rows"]
+    assert strain[0]["n_success"] == [35 if factor < 1.1 else 20 for factor in FACTORS]
 
 
-def test_the_command_takes_other_policies_and_postures(ran, capsys):
-    main(["thresholds", "--workers", "1", "--suite", "paper5", "--policies", "expert, tp-gmm"])
-    ((plan, _),) = ran
+def test_the_command_takes_other_policies_and_postures(thresholds, tmp_path, capsys):
+    thresholds(5, "--suite", "paper5", "--policies", "expert, tp-gmm")
+    plan = load_run(tmp_path / "results/thresholds").plan
     assert plan.tested == make_plan(replace(PROTOCOL, suite="paper5")).tested
-    shown = ("case_a", "case_b", "baseline7")
-    assert plan.protocol.entries == (Entry("expert"), *(Entry("tp-gmm", name) for name in shown))
+    suites = ("case_a", "case_b", "baseline7")
+    assert plan.protocol.entries == (Entry("expert"), *(Entry("tp-gmm", name) for name in suites))
     assert "written to results/thresholds" in capsys.readouterr().out
 
 
-def test_an_interrupted_study_says_how_to_continue(ran, monkeypatch, capsys):
+def test_an_interrupted_study_says_how_to_continue(thresholds, monkeypatch, capsys):
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "run_plan", interrupted)
+    monkeypatch.setattr(ThresholdStudy, "jobs", interrupted)
     with pytest.raises(SystemExit) as stopped:
-        main(["thresholds", "--workers", "1"])
+        thresholds(50)
     assert stopped.value.code == 130
     assert "--resume" in capsys.readouterr().err
 
@@ -280,14 +263,13 @@ def test_an_interrupted_study_says_how_to_continue(ran, monkeypatch, capsys):
         (["--seed", "-1"], "seed is -1"),
     ],
 )
-def test_a_wrong_option_is_one_line(ran, capsys, tmp_path, arguments, part):
+def test_a_wrong_option_is_one_line(thresholds, capsys, tmp_path, arguments, part):
     with pytest.raises(SystemExit) as stopped:
-        main(["thresholds", *arguments])
+        thresholds(50, *arguments)
     assert stopped.value.code == 2
     error = capsys.readouterr().err
     assert part in error
     assert error.count("\n") == 1
-    assert ran == []
     assert not list(tmp_path.iterdir())
 
 
@@ -295,14 +277,12 @@ def test_bootstrap_intervals_start_anew_for_each_pair():
     summary = summary_of(turning(1.1, 15))
     turns = threshold_of(summary, "strain")["turned"]
     assert len({json.dumps(turn["before"]) for turn in turns}) == 1
-    assert sensitivity_summary.TOLERATED == (0.8, 1.2)
+    assert TOLERATED == (0.8, 1.2)
 
 
 def test_a_verdict_that_is_not_known_counts_neither_way_and_only_for_its_factor():
-    results = episodes(lambda row, name, factor: 20)
-    figures = dict(results[0].outcome.metrics)
-    del figures[verdict_name("strain", 1.5)]
-    results[0] = replace(results[0], outcome=replace(results[0].outcome, metrics=figures))
+    results = episodes(lambda row, name, factor: 20, PAIR, POSTURES)
+    del results[0].extra[VERDICTS]["strain"]["1.5"]
     summary = summarise(PAIR, results, RULES, {})
     strain, force = (threshold_of(summary, name)["rows"][0] for name in ("strain", "grip_force"))
     assert strain["n_episodes"] == force["n_episodes"] == 40

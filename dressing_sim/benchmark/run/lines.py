@@ -1,0 +1,63 @@
+"""Episodes as lines of ``episodes.jsonl``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.records import EpisodeResult, Failure, Json, Outcome
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.provenance import versions
+
+
+def episode_values(plan: Plan, result: EpisodeResult) -> dict[str, Json]:
+    """What the line of an episode holds."""
+    return {
+        "index": result.index,
+        "protocol": plan.protocol.name,
+        "policy": result.entry.policy,
+        "demonstrations": result.entry.demonstrations,
+        "demonstration_set": result.demonstration_set,
+        "posture": result.posture.to_dict(),
+        "seed": result.seed,
+        "variation": dict(result.variation),
+        **result.outcome.to_dict(),
+        **({"extra": dict(result.extra)} if result.extra else {}),
+        "versions": versions(),
+    }
+
+
+def parse_episode(plan: Plan, values: Mapping[str, Any]) -> EpisodeResult:
+    """The inverse of `episode_values` for an episode of a plan.
+
+    Raises:
+        InvalidInputError: The line is damaged or of another run.
+    """
+    try:
+        entry = plan.protocol.entries[values["index"] // len(plan.tested)]
+        if (values["policy"], values["demonstrations"]) != (entry.policy, entry.demonstrations):
+            raise InvalidInputError(f"episode {values['index']} is of another run")
+        return EpisodeResult(
+            index=values["index"],
+            entry=entry,
+            posture=Posture.from_dict(values["posture"]),
+            demonstration_set=values["demonstration_set"],
+            seed=values["seed"],
+            variation=values["variation"],
+            outcome=parse_outcome(values),
+            extra=values.get("extra", {}),
+        )
+    except (KeyError, TypeError, IndexError) as error:
+        raise InvalidInputError(f"not an episode: {values!r:.60} ({error!r})") from error
+
+
+def parse_outcome(values: Mapping[str, Any]) -> Outcome:
+    """The outcome of a line: the inverse of `Outcome.to_dict`."""
+    return Outcome(
+        success=values["success"],
+        failures=tuple(Failure(**failure) for failure in values["failures"]),
+        metrics=values["figures"],
+        invalid=values["void"],
+    )

@@ -1,0 +1,174 @@
+"""One episode of the study of convergence: its setting of the simulation, its path, its verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Posture
+from dressing_sim.benchmark.run.plan import posture_seed
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.record import DEFAULT_PATH_DT, record
+from dressing_sim.episode.rules import Outcome
+from dressing_sim.path import Path
+from dressing_sim.world.scene import grip_start
+
+#: Settings that all others are compared with, those that every episode has otherwise, and those
+#: of a solver that has converged on the same mesh and step.
+FINEST, DEFAULT, CONVERGED = "finest", "default", "tolerance 1e-12"
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One row of the table.
+
+    Attributes:
+        name: What it is called.
+        what: How it differs from the default.
+        config: World, robot and rules.
+    """
+
+    name: str
+    what: str
+    config: EpisodeConfig
+
+
+def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
+    """The default, the finest, and changes between and beyond them.
+
+    One change at a time, but for the coarse mesh with double step, and for CG, which needs other
+    iterations than Newton.
+    """
+    base = default or EpisodeConfig()
+
+    def change(name: str, what: str, solver: Mapping[str, Any], **sleeve: Any) -> Setting:
+        world = replace(
+            base.world,
+            solver=replace(base.world.solver, **solver),
+            sleeve=replace(base.world.sleeve, **sleeve),
+        )
+        return Setting(name, what, replace(base, world=world))
+
+    solver, edge = base.world.solver, base.world.sleeve.edge
+    step, tolerance = solver.timestep, solver.tolerance
+    return (
+        change(
+            DEFAULT,
+            f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {tolerance:.0e}",
+            {},
+        ),
+        change(
+            FINEST,
+            f"edges 24 mm, {500 * step:g} ms, tolerance 1e-12",
+            {"timestep": step / 2, "tolerance": 1e-12},
+            edge=0.024,
+        ),
+        change("finer mesh", "edges 29 mm", {}, edge=0.029),
+        change("fine mesh", "edges 34 mm", {}, edge=0.034),
+        change("coarse mesh", "edges 48 mm", {}, edge=0.048),
+        change("half step", f"{500 * step:g} ms", {"timestep": step / 2}),
+        change("double step", f"{2000 * step:g} ms", {"timestep": 2 * step}),
+        change(
+            "coarse mesh and double step",
+            f"edges 48 mm, {2000 * step:g} ms",
+            {"timestep": 2 * step},
+            edge=0.048,
+        ),
+        change("tolerance 1e-7", "of the solver", {"tolerance": 1e-7}),
+        change("tolerance 1e-8", "of the solver", {"tolerance": 1e-8}),
+        change(CONVERGED, "of the solver", {"tolerance": 1e-12}),
+        change("20 iterations", "at most", {"iterations": 20}),
+        change("3 iterations", "at most", {"iterations": 3}),
+        change("CG", "conjugate gradients, 500 iterations", {"solver": "CG", "iterations": 500}),
+        change("CG with 10 iterations", "at most", {"solver": "CG", "iterations": 10}),
+        change("soft contact", "impedance 0.975", {}, contact_impedance=0.975),
+        change("hard contact", "impedance 0.995", {}, contact_impedance=0.995),
+    )
+
+
+#: How far below or above the operator's path the two wrong ones are [m].
+_LOWER, _HIGHER = 0.06, 0.12
+
+PATHS = ("expert", "straight", "too low", "too high")
+
+
+def path_of(
+    kind: str, posture: Posture, start: NDArray[np.float64], seed: int
+) -> tuple[NDArray[np.float64], float]:
+    """A path of the study, which does not depend on what is simulated.
+
+    Args:
+        kind: One of `PATHS`: the operator's; straight from the start to the operator's end, at
+            0.1 m/s; and the operator's, lowered or raised after its first quarter.
+        posture: The arm.
+        start: Gripper (3,), in the robot's base frame [m].
+        seed: Of the operator's variability.
+
+    Returns:
+        Positions, shape (n, 3) [m], and the time between two of them [s].
+    """
+    operator = Operator()
+    path = operator.path(posture, start, np.random.default_rng(seed))
+    if kind == "straight":
+        length = float(np.linalg.norm(path[-1] - start))
+        fraction = np.linspace(0.0, 1.0, max(2, round(length / 0.1 / DEFAULT_PATH_DT)))
+        return start + fraction[:, None] * (path[-1] - start), DEFAULT_PATH_DT
+    shift = {"expert": 0.0, "too low": -_LOWER, "too high": _HIGHER}[kind]
+    ramp = np.clip(np.linspace(0.0, 4.0, len(path)), 0.0, 1.0)
+    return path + shift * ramp[:, None] * np.array([0.0, 0.0, 1.0]), operator.config.dt
+
+
+@dataclass(frozen=True, slots=True)
+class TrialJob:
+    """An episode to be simulated.
+
+    Attributes:
+        index: Its place: by setting, path and posture.
+        setting: The simulation's.
+        path: One of `PATHS`.
+        posture: The arm.
+    """
+
+    index: int
+    setting: Setting
+    path: str
+    posture: Posture
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One simulated episode of the study.
+
+    Attributes:
+        index: Its place, as in its job.
+        setting: Name of its settings.
+        path: One of `PATHS`.
+        posture: Name of the posture.
+        outcome: The verdict.
+        seconds: What it cost [s of CPU].
+    """
+
+    index: int
+    setting: str
+    path: str
+    posture: str
+    outcome: Outcome
+    seconds: float
+
+
+def simulate(job: TrialJob, seed: int) -> Trial:
+    """Simulate one episode of the study."""
+    begun = time.process_time()
+    posture, config = job.posture, job.setting.config
+    # Not where the gripper has settled to: that depends, if little, on the settings.
+    start = grip_start(posture, config.world.sleeve)
+    path, dt = path_of(job.path, posture, start, posture_seed(seed, posture))
+    outcome = record(Path(path, dt), posture, 0, config).outcome
+    seconds = time.process_time() - begun
+    return Trial(job.index, job.setting.name, job.path, posture.name, outcome, seconds)

@@ -1,0 +1,206 @@
+"""Evaluation from Python: the same numbers as ``dressing-sim evaluate``, as typed values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
+from importlib import import_module
+from operator import attrgetter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.plan import Plan, make_plan
+from dressing_sim.benchmark.run.progress import Progress, silent
+from dressing_sim.benchmark.studies import find_study
+from dressing_sim.benchmark.studies.protocols import find_protocol
+from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
+from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.system import processors
+
+if TYPE_CHECKING:
+    import pandas
+
+    from dressing_sim.learning import Policy
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationRow:
+    """One row of the table.
+
+    Attributes:
+        policy: Name of the policy.
+        demonstrations: Suite of the postures it learned from; None for the expert.
+        variation: What was drawn anew for each episode.
+        n_episodes: Episodes that count.
+        n_success: Those in which the arm was dressed.
+        pc_success: Success rate [%]; None where no episode counts.
+        pc_success_ci95: Its 95 % Wilson interval [%].
+        failures: Episodes by what went wrong in them.
+        n_void: Invalid episodes, which count neither way.
+    """
+
+    policy: str
+    demonstrations: str | None
+    variation: tuple[str, ...]
+    n_episodes: int
+    n_success: int
+    pc_success: float | None
+    pc_success_ci95: tuple[float, float]
+    failures: Mapping[str, int]
+    n_void: int
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> EvaluationRow:
+        """A row of ``summary.json``."""
+        low, high = row["pc_success_ci95"]
+        return cls(
+            policy=row["policy"],
+            demonstrations=row["demonstrations"],
+            variation=tuple(row["variation"]),
+            n_episodes=row["n_episodes"],
+            n_success=row["n_success"],
+            pc_success=row["pc_success"],
+            pc_success_ci95=(low, high),
+            failures=dict(row["failures"]),
+            n_void=row["n_void"],
+        )
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What became of an evaluation.
+
+    Attributes:
+        rows: The table, a row for each policy and what it learned from.
+        episodes: Every episode, in the order of the rows and, within each, of the test postures.
+        summary: What ``summary.json`` holds, comparisons and the paper's claims included.
+    """
+
+    rows: tuple[EvaluationRow, ...]
+    episodes: tuple[EpisodeResult, ...]
+    summary: Mapping[str, Any]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The table as a data frame, a line a row.
+
+        Raises:
+            InvalidInputError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise InvalidInputError("pandas is not installed: pip install pandas") from error
+        return pandas.DataFrame([asdict(row) for row in self.rows])
+
+
+def evaluate(
+    policies: Sequence[str | type[Policy]] | str | None = None,
+    *,
+    protocol: str = "paper",
+    suite: str | None = None,
+    variation: Sequence[str] | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    resume: bool = False,
+    pictures: bool = False,
+    progress: Progress = silent,
+) -> Evaluation:
+    """Measure how often policies dress an arm in a posture that they did not learn from.
+
+    In a script, call it under ``if __name__ == "__main__":``, as it starts processes.
+
+    Args:
+        policies: Names as on the command line, in a list or separated by commas, or classes; those
+            of the protocol if None.
+        protocol: Which policies learn from which demonstrations, such as ``paper``.
+        suite: Test postures instead of the protocol's: a name, a JSON file, or ``random:N``.
+        variation: Factors drawn anew for each episode.
+        seed: Of the operator's variability, of the policies' own randomness, and of variation.
+        workers: Processes, as many as processors if None; the results do not depend on it.
+        out: Folder for the results; a temporary one if None.
+        resume: Continue the run in the folder, if there is one.
+        pictures: Draw the hardest postures in the report.
+        progress: Told after each demonstration, policy and episode.
+
+    Raises:
+        InvalidInputError: An argument is not valid, or the protocol measures no episodes.
+        DressingSimError: A demonstration failed.
+    """
+    plan = evaluation_plan(protocol, suite, policies, variation, seed)
+    study = evaluation_study(plan, pictures)
+    if not isinstance(study, EpisodeStudy):
+        raise InvalidInputError(f"protocol {protocol!r} dresses nobody; valid is one that does")
+    count = processors() if workers is None else workers
+    if count < 1:
+        raise InvalidInputError(f"workers is {count}, valid is 1 or more")
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
+        crew = stack.enter_context(Processes(count))
+        command = f"dressing_sim.evaluate({policies!r}, {protocol=}, {suite=}, {seed=})"
+        finished = run_study(
+            study, plan, crew, folder, resume=resume, progress=progress, command=command
+        )
+    rows = tuple(map(EvaluationRow.of, finished.summary["rows"]))
+    return Evaluation(rows, tuple(finished.results), finished.summary)
+
+
+def evaluation_plan(
+    protocol: str,
+    suite: str | None,
+    policies: Sequence[str | type[Policy]] | str | None,
+    variation: Sequence[str] | None,
+    seed: int,
+) -> Plan:
+    """The plan of a protocol, with other postures, policies or variation if wanted.
+
+    Raises:
+        InvalidInputError: There is no such protocol, suite, policy or factor.
+    """
+    chosen = find_protocol(protocol)
+    if chosen.study == "cost" and (suite, policies, variation) != (None, None, None):
+        raise InvalidInputError(
+            f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
+        )
+    if policies is not None:
+        listed = policies.split(",") if isinstance(policies, str) else policies
+        chosen = chosen.with_policies([policy_name(policy) for policy in listed])
+    if variation is not None:
+        chosen = chosen.with_variation(variation)
+    if suite is not None:
+        chosen = replace(chosen, suite=suite)
+    if seed < 0:
+        raise InvalidInputError(f"seed is {seed}, valid is 0 or more")
+    return make_plan(chosen, seed)
+
+
+def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:
+    """The study of a plan; with pictures if it can draw them."""
+    study = find_study(plan.protocol.study)
+    return replace(study, pictures=pictures) if isinstance(study, Success) else study
+
+
+def policy_name(policy: str | type[Policy]) -> str:
+    """The name that a policy goes by in a run: as given, or ``module:Class`` of a class.
+
+    Raises:
+        InvalidInputError: Other processes could not import the class.
+    """
+    if isinstance(policy, str):
+        return policy.strip()
+    module, place = policy.__module__, policy.__qualname__
+    try:
+        found = None if module == "__main__" else attrgetter(place)(import_module(module))
+    except (ImportError, AttributeError):
+        found = None
+    if found is not policy:
+        raise InvalidInputError(
+            f"policy {module}:{place} cannot be imported by other processes; valid is a class at "
+            "the top of a module"
+        )
+    return f"{module}:{place}"

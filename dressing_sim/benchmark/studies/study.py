@@ -1,0 +1,243 @@
+"""The one shape of a study, and the one loop that carries it out.
+
+A study is a class in a module of its own: its jobs, what one job does, a summary, a document. The
+loop opens the folder, runs what is missing, keeps each result as soon as it is there, and writes
+the report.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+from dressing_sim.benchmark.analysis.episodes import Rate, count
+from dressing_sim.benchmark.records import EpisodeResult, Json, Outcome
+from dressing_sim.benchmark.report.document import Document
+from dressing_sim.benchmark.report.write import write_report
+from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
+from dressing_sim.benchmark.run.lines import episode_values, parse_episode
+from dressing_sim.benchmark.run.plan import Job, Plan
+from dressing_sim.benchmark.run.progress import Progress, silent
+from dressing_sim.benchmark.run.runner import (
+    Work,
+    job_result,
+    learned_by,
+    learned_source,
+    learned_sources,
+)
+from dressing_sim.benchmark.run.store import OpenRun, RunFolder, open_run
+from dressing_sim.episode.record import Observer
+from dressing_sim.errors import DressingSimError, InvalidInputError
+
+
+class HasIndex(Protocol):
+    """Anything with a place in a run."""
+
+    @property
+    def index(self) -> int:
+        """Its place, from 0."""
+
+
+JobT = TypeVar("JobT", bound=HasIndex)
+ResultT = TypeVar("ResultT")
+
+
+@dataclass(frozen=True)
+class Study(ABC, Generic[JobT, ResultT]):
+    """What is measured, and what is made of it.
+
+    To add one, put a class in a module; a protocol names it in `study`, by a name of
+    `dressing_sim.benchmark.studies.STUDIES` or as ``module:Class``.
+    """
+
+    #: What a job is called while the run goes on.
+    stage = "episodes"
+
+    @abstractmethod
+    def jobs(self, plan: Plan) -> Sequence[JobT]:
+        """All that is to be done, by index."""
+
+    @abstractmethod
+    def calls(
+        self, folder: OpenRun, jobs: Sequence[JobT], workers: Workers, progress: Progress
+    ) -> tuple[Callable[..., ResultT], Iterable[tuple[JobT, tuple[Any, ...]]]]:
+        """What one job does: a function of a module, and its arguments for each of the jobs.
+
+        What the jobs need beforehand, such as demonstrations, is done here.
+        """
+
+    @abstractmethod
+    def values(self, plan: Plan, result: ResultT) -> dict[str, Json]:
+        """What the line of a result holds, its ``index`` first."""
+
+    @abstractmethod
+    def parse(self, plan: Plan, values: Mapping[str, Any]) -> ResultT:
+        """The result of a line."""
+
+    @abstractmethod
+    def summarise(self, folder: RunFolder, results: Sequence[ResultT]) -> dict[str, Any]:
+        """What ``summary.json`` holds; the results are in the order of the jobs."""
+
+    @abstractmethod
+    def document(
+        self,
+        folder: RunFolder,
+        results: Sequence[ResultT],
+        summary: Mapping[str, Any],
+        command: str,
+    ) -> Document:
+        """The report."""
+
+    def lost(self, plan: Plan, job: JobT, why: str) -> ResultT:
+        """The result of a job under which workers die; an error unless a study says otherwise."""
+        raise DressingSimError(f"job {job.index}: {why}")
+
+    def note(self, results: Sequence[ResultT]) -> str:
+        """How the run goes, in a few words."""
+        return ""
+
+    def repeat(
+        self, folder: RunFolder, job: Job, observer: Observer | None = None
+    ) -> EpisodeResult:
+        """Run a job of a run again, if it is an episode."""
+        raise InvalidInputError(
+            f"{folder.path}: its study {folder.plan.protocol.study!r} cannot be replayed; valid "
+            "is a run of policies that dress"
+        )
+
+
+@dataclass(frozen=True)
+class EpisodeStudy(Study[Job, EpisodeResult]):
+    """A study whose jobs are the episodes of a protocol.
+
+    Attributes:
+        work: What workers are asked to do.
+    """
+
+    work: Work = field(default_factory=Work)
+
+    def jobs(self, plan: Plan) -> Sequence[Job]:
+        """All episodes of the protocol."""
+        return plan.jobs
+
+    def calls(
+        self, folder: OpenRun, jobs: Sequence[Job], workers: Workers, progress: Progress
+    ) -> tuple[Callable[..., EpisodeResult], Iterable[tuple[Job, tuple[Any, ...]]]]:
+        """Demonstrate and learn; then each job dresses.
+
+        Posture by posture: an arm's settled world is used by all rows, and a run that is cut short
+        has compared them all on the same arms.
+        """
+        plan = folder.plan
+        ordered = sorted(jobs, key=lambda job: job.index % len(plan.tested))
+        sources = learned_sources(folder, ordered, workers, progress, self.work)
+        arguments = ((job, (sources[learned_by(job)], job, plan.config)) for job in ordered)
+        return self.work.dress, arguments
+
+    def values(self, plan: Plan, result: EpisodeResult) -> dict[str, Json]:
+        """What the line of an episode holds."""
+        return episode_values(plan, result)
+
+    def parse(self, plan: Plan, values: Mapping[str, Any]) -> EpisodeResult:
+        """The episode of a line."""
+        return parse_episode(plan, values)
+
+    def lost(self, plan: Plan, job: Job, why: str) -> EpisodeResult:
+        """An episode that cannot be run is invalid."""
+        return job_result(job, job.posture, {}, Outcome(False, invalid=why))
+
+    def note(self, results: Sequence[EpisodeResult]) -> str:
+        """The success rate so far."""
+        return told(count(results))
+
+    def repeat(
+        self, folder: RunFolder, job: Job, observer: Observer | None = None
+    ) -> EpisodeResult:
+        """Run an episode again, with a policy that learns again."""
+        source = learned_source(folder, job, self.work)
+        return self.work.dress(source, job, folder.plan.config, observer)
+
+
+def told(rate: Rate) -> str:
+    """A success rate in a few words; nothing where there are no episodes."""
+    dressed = f"{rate.n_success} of {rate.n} dressed ({rate.percent:.0f} %)" if rate.n else ""
+    return ", ".join(filter(None, [dressed, f"{rate.n_void} void" if rate.n_void else ""]))
+
+
+@dataclass(frozen=True)
+class Finished(Generic[ResultT]):
+    """A study that was carried out: its results, its summary, and its report."""
+
+    results: list[ResultT]
+    summary: dict[str, Any]
+    document: Document
+
+
+def run_study(
+    study: Study[JobT, ResultT],
+    plan: Plan,
+    workers: Workers,
+    out: Path,
+    *,
+    resume: bool = False,
+    accept_numerics: bool = False,
+    progress: Progress = silent,
+    command: str = "",
+) -> Finished[ResultT]:
+    """Carry a study out, from plan to report.
+
+    Args:
+        study: What is measured.
+        plan: On what, and with which seeds.
+        workers: Where jobs run; results do not depend on how many there are.
+        out: Folder for the results; a finished run in it is replaced.
+        resume: Continue the run in the folder, if there is one.
+        accept_numerics: Continue it with other numerics too.
+        progress: Told after each demonstration, policy and job.
+        command: What was typed, for the report.
+
+    Raises:
+        InvalidInputError: The folder cannot be used, or a policy's path is not valid.
+        DressingSimError: A demonstration failed, or a worker died twice.
+    """
+    with open_run(out, plan, resume, workers.numerics, accept_numerics) as folder:
+        results = run_jobs(study, folder, workers, progress)
+        summary = study.summarise(folder, results)
+        summary["provenance"] = dict(folder.origin.provenance)
+        document = study.document(folder, results, summary, command)
+        write_report(out, document, summary)
+    return Finished(results, summary, document)
+
+
+def run_jobs(
+    study: Study[JobT, ResultT], folder: OpenRun, workers: Workers, progress: Progress = silent
+) -> list[ResultT]:
+    """Do what is not yet on disk.
+
+    Returns:
+        One result a job, in the order of the jobs.
+    """
+    plan = folder.plan
+    jobs = study.jobs(plan)
+    missing = [job for job in jobs if job.index not in folder.finished]
+    function, calls = study.calls(folder, missing, workers, progress)
+    results = read_results(study, folder)
+    progress(study.stage, len(results), len(jobs), study.note(results))
+    for job, future in completed(workers, function, calls):
+        try:
+            result = future.result()
+        except WorkerDied as death:
+            result = study.lost(plan, job, str(death))
+        line = folder.append(study.values(plan, result))
+        results.append(study.parse(plan, line))
+        progress(study.stage, len(results), len(jobs), study.note(results))
+    folder.sort()
+    return read_results(study, folder)
+
+
+def read_results(study: Study[JobT, ResultT], folder: RunFolder) -> list[ResultT]:
+    """The results that are on disk, in the order of the jobs."""
+    return [study.parse(folder.plan, line) for line in folder.lines]
