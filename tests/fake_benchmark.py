@@ -98,7 +98,7 @@ def fake_fit(folder, name, seed, demonstrations):
     return FakePolicy(name, seed, demonstrations)
 
 
-def fake_dress(folder, source, job, config):
+def fake_dress(folder, source, job, config, observer=None):
     obey(folder, str(job.index))
     learned = getattr(source, "learned", "expert")
     rng = np.random.default_rng([job.index, job.seed, len(str(learned))])

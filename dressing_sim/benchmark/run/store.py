@@ -256,7 +256,7 @@ def _drop_torn_line(file: BinaryIO) -> None:
 def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
     """Remove an earlier run of a study, its config first; a plot's name begins with the study's."""
     stale = [path / name for name in (CONFIG, SUMMARY, "report.md", "report.html")]
-    stale += path.glob(f"{study}*.svg")
+    stale += [plot for plot in path.glob("*.svg") if plot.name.startswith(study)]
     stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
     for file in stale:
         file.unlink(missing_ok=True)
