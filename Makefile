@@ -1,6 +1,6 @@
 # What a change must pass, one word each: make format, make type, make imports, make test, make docs.
 # They run what is on the path: activate the environment first (pip install -e '.[test,dev]').
-.PHONY: all format check type imports test docs mutants
+.PHONY: all format check type imports test docs
 
 all: check type imports test
 
@@ -24,9 +24,3 @@ test:
 docs:
 	python scripts/fill_tables.py --check
 	python -m pytest -q tests/pages
-
-# Which changes of the code no test notices; MODULE is a file, TESTS what should notice.
-MODULE ?= dressing_sim/episode/rules.py
-TESTS ?= tests/episode/test_rules.py tests/episode/test_rule_objects.py
-mutants:
-	python scripts/mutants.py $(MODULE) --tests $(TESTS)

@@ -1,6 +1,7 @@
 """Types of the public names, which `__init__.py` loads on first use."""
 
 from dressing_sim.arm import Posture as Posture
+from dressing_sim.benchmark.studies.evaluate import evaluate as evaluate
 from dressing_sim.episode.config import EpisodeConfig as EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration as Demonstration
 from dressing_sim.episode.demonstration import load_demonstrations as load_demonstrations
@@ -12,6 +13,7 @@ from dressing_sim.episode.record import demonstrate as demonstrate
 from dressing_sim.episode.record import dress as dress
 from dressing_sim.episode.record import record as record
 from dressing_sim.learning import Policy as Policy
+from dressing_sim.path import Path as Path
 from dressing_sim.suites.distribution import sample_postures as sample_postures
 from dressing_sim.suites.suites import load_suite as load_suite
 
