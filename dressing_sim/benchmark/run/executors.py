@@ -64,9 +64,16 @@ class Workers(Executor):
     def numerics(self) -> Mapping[str, str]:
         """What the workers compute with (see `dressing_sim.numerics.numerics`)."""
         try:
-            found: Mapping[str, str] = self.submit(worker_numerics).result()
+            return self._numerics()
+        except self.deaths:  # of one death another call may be the cause
+            self.renew()
+        try:
+            return self._numerics()
         except self.deaths as death:
             raise DressingSimError(_NO_WORKER) from death
+
+    def _numerics(self) -> Mapping[str, str]:
+        found: Mapping[str, str] = self.submit(worker_numerics).result()
         return found
 
     def renew(self) -> None:

@@ -8,7 +8,7 @@ from fake_benchmark import Threads, steady_demonstrate
 
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.benchmark.report.write import write_report
-from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.executors import Processes, worker_numerics
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.progress import silent
 from dressing_sim.benchmark.run.runner import Work
@@ -100,8 +100,8 @@ def test_a_run_whose_worker_died_is_run_once_more(tmp_path, summary):
         calls = 0
 
         def submit(self, fn, /, *args, **kwargs):
-            self.calls += 1
-            if self.calls > 1:
+            self.calls += fn is not worker_numerics
+            if self.calls != 1 or fn is worker_numerics:
                 return super().submit(fn, *args, **kwargs)
             future = Future()
             future.set_exception(BrokenExecutor("killed"))
