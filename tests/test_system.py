@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -78,14 +79,18 @@ def test_without_fcntl_a_byte_is_locked(tmp_path, monkeypatch):
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be blocked here")
 def test_an_interrupt_waits_until_it_is_no_longer_blocked():
     reached = []
+    # Whoever was begun in the background ignores Ctrl-C, and would so here.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def interrupted():
         with system.interrupt_blocked():
-            os.kill(os.getpid(), signal.SIGINT)
+            # To this thread: another one, of a library, may not block it.
+            signal.pthread_kill(threading.get_ident(), signal.SIGINT)
             reached.append("the end of the block")
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
+    signal.signal(signal.SIGINT, before)
     assert reached
 
 
