@@ -233,7 +233,7 @@ def test_a_stop_that_builds_up_is_part_of_a_snapshot(posture):
     bent = replace(posture, name="bent", elbow_deg=65.0)
     end = np.add(bent.shoulder, [0.0, 0.0, 0.09])
     path = np.linspace(Dressing(bent).start, end, 90)
-    moments, made = [], Dressing(bent)
+    made = Dressing(bent)
 
     whole = follow(made, path, 0.05)
     assert "over_force" in whole.outcome.reasons or "over_strain" in whole.outcome.reasons
@@ -243,9 +243,9 @@ def test_a_stop_that_builds_up_is_part_of_a_snapshot(posture):
     steps = list(zip(whole.trajectory.positions, whole.trajectory.targets, strict=True))[1:]
     for command, target in steps[: n - 4]:
         again.step_joints(command, target)
-    moments = again.snapshot()
+    moment = again.snapshot()
     other = Dressing(bent)
-    other.restore(moments)
+    other.restore(moment)
     for command, target in steps[n - 4 : n]:
         assert not other.done
         other.step_joints(command, target)
