@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from dressing_sim.benchmark.studies.convergence_trials import path_of
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.record import follow
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.rollout import follow
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.files import replacing
 from dressing_sim.pictures.rendering import OffscreenRenderer
 from dressing_sim.pictures.strain_colours import COLOURS

@@ -32,7 +32,7 @@ from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.cli import main
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.world.scene import grip_start
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.

@@ -9,7 +9,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     Trial,
 )
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 NAMES = (DEFAULT, FINEST, CONVERGED, "coarse mesh")
 CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in NAMES)

@@ -16,7 +16,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
 
 if TYPE_CHECKING:
-    from dressing_sim.episode.rules import Outcome
+    from dressing_sim.episode.outcome import Outcome
     from dressing_sim.pictures.video import Film
 
 

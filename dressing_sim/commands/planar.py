@@ -8,6 +8,7 @@ from typing import Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import write_text
 from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
 from dressing_sim.learning.gmr import FusionOrder
@@ -15,12 +16,13 @@ from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import OPTIONS, Run, Situations, StudySettings, run_study
+from dressing_sim.planar.study import OPTIONS, Run, Situations, StudyConfig, run_study
 from dressing_sim.provenance import provenance
 
 
 def planar(
     demos: Path | None = None,
+    validation: Path | None = None,
     components: int = 8,
     fusion: FusionOrder = "regression-then-product",
     method: Literal["all", "noise", "rf", "rf+noise"] = "all",
@@ -45,11 +47,12 @@ def planar(
 
     dressing-sim planar --out results/planar
 
-    dressing-sim planar --demos Demos.mat --components 8 --json
+    dressing-sim planar --demos Demos.mat --validation others.npz --json
 
     Args:
         demos: demonstrations, .npz (t, xy, A, b) or the paper's authors' .mat; without it they are
             generated from the seed, three to train and three to validate.
+        validation: demonstrations to validate on instead of the first file's, in the same formats.
         components: number of Gaussian components K.
         fusion: regress in every frame and multiply (the authors' code), or the other way round
             (the paper's text).
@@ -67,7 +70,7 @@ def planar(
         out: folder for summary.json, table.md and the figures.
         json: print the numbers as JSON, and nothing else, to standard output.
     """
-    settings = StudySettings(
+    config = StudyConfig(
         components=components,
         fusion=fusion,
         methods=METHODS if method == "all" else (method,),
@@ -82,8 +85,10 @@ def planar(
         ),
         situations=situations,
     )
-    data = generate(seed) if demos is None else load(demos)
-    total = runs * len(settings.methods) * (2 if data.validation else 1)
+    if validation is not None and demos is None:
+        raise InvalidInputError("--validation needs --demos, the demonstrations to train on")
+    data = generate(seed) if demos is None else load(demos, validation)
+    total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
         task = progress.add_task("Algorithm 1", total=total)
@@ -91,7 +96,7 @@ def planar(
         def advance(run: Run) -> None:
             progress.update(task, advance=1, description=f"{run.selection}, {run.method}")
 
-        study = run_study(data, settings, workers, advance)
+        study = run_study(data, config, workers, advance)
     result = {**summary(study), "provenance": provenance()}
     if out is not None:
         from dressing_sim.planar.figures import draw

@@ -19,7 +19,7 @@ from pink.tasks import FrameTask, PostureTask
 from dressing_sim.config import check_numbers
 from dressing_sim.control.kinematics import PandaKinematics
 from dressing_sim.control.limits import MAX_ACCELERATION, JointLimitConstraint
-from dressing_sim.control.retiming import retime, smooth
+from dressing_sim.control.retiming import retime, smooth, times_of
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import HOME, TCP_BODY
 
@@ -69,12 +69,14 @@ class JointTrajectory:
         dt: Time between two rows [s].
         targets: Where the gripper should be, shape (n_steps, 3), in the robot's base frame [m].
         errors: Distance between the commanded gripper and its target, shape (n_steps,) [m].
+        left_out: How much longer the whole path would take [s].
     """
 
     positions: NDArray[np.float64]
     dt: float
     targets: NDArray[np.float64]
     errors: NDArray[np.float64]
+    left_out: float = 0.0
 
     @property
     def max_error(self) -> float:
@@ -324,11 +326,13 @@ def track_path(
     tracker = Tracker(kinematics, config)
     tracker.reset(start)
     here = kinematics.tcp_pose(start)[0]
-    targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed, max_duration)
+    whole = np.vstack([here, path])
+    left_out = max(0.0, times_of(whole, path_dt, config.max_speed)[-1] - max_duration)
+    targets = retime(whole, path_dt, config.dt, config.max_speed, max_duration)
     targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
     positions = np.empty((len(targets), len(HOME)))
     for i, target in enumerate(targets):
         positions[i] = tracker.step(target)
         errors[i] = tracker.error
-    return JointTrajectory(positions, config.dt, targets, errors)
+    return JointTrajectory(positions, config.dt, targets, errors, left_out)

@@ -8,7 +8,7 @@ import numpy as np
 
 from dressing_sim.config import check_numbers
 from dressing_sim.control import TrackingConfig
-from dressing_sim.episode.rules import Thresholds
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig
 

@@ -17,9 +17,11 @@ from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
 from dressing_sim.control.tracking import finite
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.meter import Meter, Row
 from dressing_sim.episode.outcome import Outcome
-from dressing_sim.episode.rules import RULES, ProtectiveStop, Rule, judge, margins
+from dressing_sim.episode.rule import Evidence, Rule
+from dressing_sim.episode.rules import RULES
 from dressing_sim.episode.snapshot import pack, unpack
 from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
@@ -257,18 +259,35 @@ class Dressing:
         return judge(
             self.trace(),
             self.posture.shoulder,
-            self._in_time(finished),
+            len(self._meter) < self._steps_left if finished is None else finished,
             self.config.thresholds,
             self.rules,
         )
 
-    def margins(self, finished: bool | None = None) -> dict[str, float]:
-        """Signed margin of each rule by its name, see `dressing_sim.episode.rules.margins`."""
-        shoulder, thresholds = self.posture.shoulder, self.config.thresholds
-        return margins(self.trace(), shoulder, self._in_time(finished), thresholds, self.rules)
+    def margins(
+        self, time_left: float | None = None, reach_left: float | None = None
+    ) -> dict[str, float]:
+        """Signed margin of each rule by its name, see `dressing_sim.episode.judge.margins`.
 
-    def _in_time(self, finished: bool | None) -> bool:
-        return len(self._meter) < self._steps_left if finished is None else finished
+        Args:
+            time_left: What was left of the time when the robot had done all that it wanted to [s];
+                unless given, what is left now.
+            reach_left: How much farther from its targets the commanded gripper might have been
+                [m]; unless given, with the target of the last step.
+        """
+        trace, config = self.trace(), self.config
+        left = (self._steps_left - len(self._meter)) * config.tracking.dt
+        off = max(self.start_error, self.target_error)
+        evidence = Evidence(
+            trace,
+            self.posture.shoulder,
+            (left if left > 0.0 else -config.tracking.dt) if time_left is None else time_left,
+            config.thresholds,
+            config.world.grip_strength,
+            config.tracking.max_error - off if reach_left is None else reach_left,
+            self._world.robot_clearance(trace.joint_position),
+        )
+        return margins(evidence, self.rules)
 
     def _check_begun(self) -> None:
         if not self._begun:

@@ -18,7 +18,7 @@ Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), see ``em``.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -105,9 +105,10 @@ def lift(frames: Sequence[Frame], n_time: int, n_copies: int) -> tuple[FloatArra
     return lifted, offsets
 
 
-@dataclass(frozen=True, eq=False)
-class Regression:
+class Regression(NamedTuple):
     """A mixture prepared for regression: what does not depend on the query, computed once.
+
+    A tuple, which the compiled loops take as it is.
 
     Attributes:
         log_weights: log(pi_k) - log(det(2 pi S_II)) / 2, (P, K).
@@ -127,19 +128,6 @@ class Regression:
     ridge: FloatArray
     shared: bool
 
-    def arrays(self) -> tuple[Any, ...]:
-        """The arguments of the compiled loops, in their order."""
-        return (
-            self.log_weights,
-            self.input_means,
-            self.precisions,
-            self.output_means,
-            self.gains,
-            self.residuals,
-            self.ridge,
-            self.shared,
-        )
-
     def __call__(self, queries: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Conditional means (T, o) and covariances (T, o, o) for queries (T, i).
 
@@ -149,7 +137,7 @@ class Regression:
         from dressing_sim.learning.kernels.regression import regress
 
         points = np.ascontiguousarray(queries, dtype=np.float64)
-        means, covariances = regress(points, *self.arrays())
+        means, covariances = regress(points, self)
         return check_finite(means), covariances
 
 

@@ -199,7 +199,7 @@ class TrajectoryTPGMM:
                 f"start must be {frames[0].dimension} finite coordinates, not {start!r}"
             )
         arguments = (
-            *regression.arrays(),
+            regression,
             self.max_samples - 1,
             self._rest_from,
             self._longest_step,

@@ -92,7 +92,7 @@ def _demonstrations(study: Study) -> Figure:
 
 def _reproductions(study: Study) -> Figure:
     """Training situations: the expert, and the initial and the improved policies."""
-    names: list[Any] = [None, *study.settings.methods]
+    names: list[Any] = [None, *study.config.methods]
     figure, axes = _panels(len(study.data.training), len(names))
     for row, demonstration in zip(axes, study.data.training, strict=True):
         for panel, name in zip(row, names, strict=True):
@@ -116,8 +116,8 @@ def _generalisation(study: Study) -> Figure:
     if experts:
         situations = [expert.frames for expert in experts]
     else:
-        sampler = situation_sampler(study.data, study.settings.situations)
-        rng = np.random.default_rng(study.settings.seed)
+        sampler = situation_sampler(study.data, study.config.situations)
+        rng = np.random.default_rng(study.config.seed)
         situations = [sampler.sample(rng) for _ in range(3)]
     figure, axes = _panels(1, len(situations))
     for index, (panel, frames) in enumerate(zip(axes[0], situations, strict=True)):
@@ -125,7 +125,7 @@ def _generalisation(study: Study) -> Figure:
         if experts:
             _line(panel, np.asarray(experts[index].positions), EXPERT, ls="--", label="expert")
         _line(panel, study.initial.generate(frames), INITIAL, label="initial")
-        for method in study.settings.methods:
+        for method in study.config.methods:
             path = _best(study, method).generate(frames)
             _line(panel, path, METHOD_COLOURS[method], label=method)
         _world(panel, f"{'validate' if experts else 'random situation'} {index + 1}")
@@ -136,7 +136,7 @@ def _generalisation(study: Study) -> Figure:
 
 def _frames(study: Study) -> Figure:
     """Data and components seen from each frame, before and after augmentation."""
-    method = "rf" if "rf" in study.settings.methods else study.settings.methods[0]
+    method = "rf" if "rf" in study.config.methods else study.config.methods[0]
     improved = study.best(method, "original").augmentation
     stages: list[tuple[str, Any, Sequence[DemonstrationLike]]] = [
         ("initial", study.initial, study.data.training),
@@ -172,9 +172,9 @@ def _ellipse(axes: Axes, mean: FloatArray, covariance: FloatArray, k: int) -> No
 def _cost(study: Study) -> Figure:
     """Cost against the number of accepted demonstrations: mean and spread of the runs."""
     figure, axes = _panels(1, len(study.selections))
-    most = study.settings.options.max_demonstrations - len(study.data.training)
+    most = study.config.options.max_demonstrations - len(study.data.training)
     for panel, selection in zip(axes[0], study.selections, strict=True):
-        for method in study.settings.methods:
+        for method in study.config.methods:
             curves = []
             for run in study.of(method, selection):
                 costs = [run.augmentation.initial_cost]

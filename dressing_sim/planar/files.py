@@ -19,12 +19,28 @@ from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.planar.generator import PlanarData
 
 
-def load(path: Path) -> PlanarData:
+def load(path: Path, validation: Path | None = None) -> PlanarData:
     """Demonstrations from a file; no validation set where the file has none.
+
+    Args:
+        path: what to train on.
+        validation: a file whose demonstrations, its training set, are to validate on instead.
 
     Raises:
         InvalidInputError: no such file, another layout, or demonstrations that cannot be used.
     """
+    data = _load(path)
+    if validation is None:
+        return data
+    others = _load(validation).training
+    try:
+        check_demonstrations((*data.training, *others))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{validation} does not go with {path}: {error}") from error
+    return PlanarData(data.training, others)
+
+
+def _load(path: Path) -> PlanarData:
     if not path.is_file():
         raise InvalidInputError(f"no file {path}")
     readers = {".npz": _from_npz, ".mat": _from_mat}

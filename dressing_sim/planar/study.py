@@ -30,7 +30,7 @@ OPTIONS = AugmentOptions(max_demonstrations=8, max_iterations=50, noise_referenc
 
 
 @dataclass(frozen=True)
-class StudySettings:
+class StudyConfig:
     """The choices of a study; the defaults are the paper's, with the authors' code filling gaps."""
 
     components: int = 8
@@ -64,7 +64,7 @@ class Run:
 class Study:
     """The initial policy and all runs, ordered by selection, method and index."""
 
-    settings: StudySettings
+    config: StudyConfig
     data: PlanarData
     initial: TimeTPGMM
     initial_training_cost: float
@@ -115,7 +115,7 @@ def situation_sampler(data: PlanarData, situations: Situations) -> SituationSamp
 class _Job:
     """Everything a worker needs for one run."""
 
-    settings: StudySettings
+    config: StudyConfig
     data: PlanarData
     method: Method
     selection: Selection
@@ -124,14 +124,14 @@ class _Job:
     def __call__(self) -> Run:
         # The seed depends on the run alone, not on which others there are or where it runs.
         key = (SELECTIONS.index(self.selection), METHODS.index(self.method), self.index)
-        sequence = np.random.SeedSequence(self.settings.seed, spawn_key=key)
+        sequence = np.random.SeedSequence(self.config.seed, spawn_key=key)
         validation = self.data.validation
         result = augment(
             self.data.training,
             rng=np.random.default_rng(sequence),
-            options=replace(self.settings.options, method=self.method),
-            policy=_policy(self.settings),
-            sampler=situation_sampler(self.data, self.settings.situations),
+            options=replace(self.config.options, method=self.method),
+            policy=_policy(self.config),
+            sampler=situation_sampler(self.data, self.config.situations),
             validation=validation if self.selection == "generalisation" else None,
         )
         return Run(
@@ -144,8 +144,8 @@ class _Job:
         )
 
 
-def _policy(settings: StudySettings) -> TimeTPGMM:
-    return TimeTPGMM(settings.components, fusion=settings.fusion)
+def _policy(config: StudyConfig) -> TimeTPGMM:
+    return TimeTPGMM(config.components, fusion=config.fusion)
 
 
 def _call(job: _Job) -> Run:
@@ -163,7 +163,7 @@ def _runs(jobs: list[_Job], workers: int) -> Iterator[Run]:
 
 def run_study(
     data: PlanarData,
-    settings: StudySettings,
+    config: StudyConfig,
     workers: int = 1,
     on_run: Callable[[Run], None] | None = None,
 ) -> Study:
@@ -171,21 +171,21 @@ def run_study(
 
     Args:
         data: demonstrations; without a validation set there is no generalisation selection.
-        settings: see ``StudySettings``.
+        config: see ``StudyConfig``.
         workers: processes; the results do not depend on it.
         on_run: called with each run as it is done, in order, for progress.
 
     Raises:
-        InvalidInputError: settings or demonstrations that cannot be used.
+        InvalidInputError: a configuration or demonstrations that cannot be used.
     """
     if workers < 1:
         raise InvalidInputError(f"workers must be at least 1, not {workers}")
-    situation_sampler(data, settings.situations)  # fails here rather than in a worker
-    initial = _policy(settings).fit(data.training)
+    situation_sampler(data, config.situations)  # fails here rather than in a worker
+    initial = _policy(config).fit(data.training)
     selections = SELECTIONS if data.validation else SELECTIONS[:1]
     jobs = [
-        _Job(settings, data, method, selection, index)
-        for selection, method, index in product(selections, settings.methods, range(settings.runs))
+        _Job(config, data, method, selection, index)
+        for selection, method, index in product(selections, config.methods, range(config.runs))
     ]
     runs = []
     for run in _runs(jobs, workers):
@@ -193,7 +193,7 @@ def run_study(
         if on_run is not None:
             on_run(run)
     return Study(
-        settings,
+        config,
         data,
         initial,
         initial.cost(data.training),

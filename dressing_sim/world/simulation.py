@@ -234,6 +234,20 @@ class World:
         distance = np.linalg.norm(offset - along[:, :, None] * axis, axis=2)
         return np.min(distance - model.geom_size[geoms, 0], axis=1)
 
+    def robot_clearance(self, configurations: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance (n,) [m] of the robot from the mannequin, negative where they overlap.
+
+        Args:
+            configurations: Joint positions of the arm, (n, 7) [rad].
+        """
+        data = mujoco.MjData(self.model)
+        nearest = np.empty(len(configurations))
+        for row, q in enumerate(configurations):
+            data.qpos[self._arm_qpos] = q
+            mujoco.mj_kinematics(self.model, data)
+            nearest[row] = self._contacts.robot_distance(self.model, data)
+        return nearest
+
     @property
     def grip_force(self) -> NDArray[np.float64]:
         """Force (3,) with which the fingers pull the cloth, the sum over the gripped vertices."""

@@ -8,8 +8,8 @@ from dressing_sim.cli import main
 from dressing_sim.episode import dressing as episode
 from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import load_demonstrations, save_demonstrations
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.record import DemonstrationFailed
-from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.learning import load_model
 
 COMMANDS = (

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from dressing_sim.learning.gmr import Regression
 from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import cholesky, invert_definite, invert_lower
 from dressing_sim.learning.kernels.regression import regress
@@ -43,8 +44,7 @@ def test_a_matrix_that_is_not_definite_is_told(matrix):
 
 def test_a_frame_without_a_definite_covariance_gives_nan_and_not_what_memory_held():
     definite, singular = np.eye(2), np.array([[1.0, 1.0], [1.0, 1.0]])
-    means, covariances = regress(
-        np.zeros((3, 2)),
+    mixture = Regression(
         np.zeros((2, 1)),
         np.zeros((2, 1, 2)),
         np.broadcast_to(np.eye(2), (2, 1, 2, 2)).copy(),
@@ -54,5 +54,6 @@ def test_a_frame_without_a_definite_covariance_gives_nan_and_not_what_memory_hel
         np.zeros((2, 2, 2)),
         False,
     )
+    means, covariances = regress(np.zeros((3, 2)), mixture)
     assert np.isnan(means).all()
     assert np.isnan(covariances).all()

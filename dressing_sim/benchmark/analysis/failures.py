@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.episode.rules import Failure, Outcome, Thresholds, in_order
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import in_order
+from dressing_sim.episode.thresholds import Thresholds
 
 #: Two times that differ by less are the same [s].
 _SLACK = 1e-6

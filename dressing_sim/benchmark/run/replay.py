@@ -14,7 +14,7 @@ from dressing_sim.benchmark.run.lines import episode_values
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.record import Observer
+from dressing_sim.episode.rollout import Observer
 from dressing_sim.numerics import numerics
 
 

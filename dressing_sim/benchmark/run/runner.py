@@ -15,8 +15,9 @@ from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.record import DemonstrationFailed, Observer, demonstrate, record
-from dressing_sim.episode.rules import Outcome
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.record import DemonstrationFailed, demonstrate, record
+from dressing_sim.episode.rollout import Observer
 from dressing_sim.errors import DressingSimError
 from dressing_sim.inputs import fit
 from dressing_sim.learning import Policy

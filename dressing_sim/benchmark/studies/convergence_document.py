@@ -23,7 +23,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     PATHS,
     Trial,
 )
-from dressing_sim.episode.rules import Thresholds
+from dressing_sim.episode.thresholds import Thresholds
 
 NOTE = (
     "Strain, pull and armscye s: median absolute difference to the finest; of their limits: the "

@@ -17,7 +17,8 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     Trial,
 )
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.world.scene import SolverConfig
 
 #: The least share of verdicts in which the default settings must agree with the finest.

@@ -14,8 +14,8 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.run.plan import posture_seed
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import DEFAULT_PATH_DT, record
-from dressing_sim.episode.rules import Outcome
 from dressing_sim.path import Path
 from dressing_sim.world.scene import grip_start
 

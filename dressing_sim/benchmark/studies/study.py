@@ -29,7 +29,7 @@ from dressing_sim.benchmark.run.runner import (
     learned_sources,
 )
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder, open_run
-from dressing_sim.episode.record import Observer
+from dressing_sim.episode.rollout import Observer
 from dressing_sim.errors import DressingSimError, InvalidInputError
 
 

@@ -45,7 +45,7 @@ from dressing_sim.benchmark.studies.success_tables import (
     variation_table,
     void_table,
 )
-from dressing_sim.episode.rules import Failure
+from dressing_sim.episode.outcome import Failure
 from dressing_sim.policies.registry import EXPERT
 
 Summary = Mapping[str, Any]

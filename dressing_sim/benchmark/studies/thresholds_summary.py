@@ -18,8 +18,7 @@ from dressing_sim.benchmark.studies.thresholds_verdicts import (
     scaled,
     verdict_of,
 )
-from dressing_sim.episode.rules import Thresholds
-from dressing_sim.episode.thresholds import threshold_sources, threshold_units
+from dressing_sim.episode.thresholds import Thresholds, threshold_sources, threshold_units
 from dressing_sim.provenance import versions
 
 #: Seed of the bootstrap: the same episodes give the same summary.

@@ -17,9 +17,11 @@ from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.runner import job_result
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.record import Observer, record
+from dressing_sim.episode.judge import judge, stopped
+from dressing_sim.episode.record import record
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Thresholds, judge, stopped
+from dressing_sim.episode.rollout import Observer
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.learning import Policy
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge

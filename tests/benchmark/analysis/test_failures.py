@@ -6,7 +6,7 @@ from dressing_sim.benchmark.analysis.failures import (
     hardest,
     verdict,
 )
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 
 def test_each_failed_episode_has_one_first_reason():

@@ -13,7 +13,7 @@ from dressing_sim.benchmark.run.lines import episode_values, parse_episode
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.store import load_run, open_run
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
 

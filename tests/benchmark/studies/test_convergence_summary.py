@@ -21,7 +21,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     Trial,
     settings,
 )
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 
 def test_agreement_is_the_share_of_equal_verdicts():

@@ -14,7 +14,8 @@ from dressing_sim.benchmark.studies.study import read_results, run_jobs
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.policies.registry import EXPERT
 from dressing_sim.world.scene import WorldConfig

@@ -47,7 +47,8 @@ from dressing_sim.benchmark.studies.success_tables import (
     table,
     variation_table,
 )
-from dressing_sim.episode.rules import REASONS, Failure, Outcome, rule_colour
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import REASONS, rule_colour
 from dressing_sim.files import assets
 
 COMMAND = "dressing-sim evaluate --protocol full"

@@ -20,9 +20,11 @@ from dressing_sim.benchmark.studies.thresholds_verdicts import (
 )
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.record import follow
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Failure, Outcome, Thresholds, Trace
+from dressing_sim.episode.rollout import follow
+from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.episode.trace import Trace
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.sleeve import SleeveConfig, sleeve_mesh
 

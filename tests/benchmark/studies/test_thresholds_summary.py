@@ -34,8 +34,7 @@ from dressing_sim.benchmark.studies.thresholds_verdicts import (
 )
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Thresholds
-from dressing_sim.episode.thresholds import threshold_sources
+from dressing_sim.episode.thresholds import Thresholds, threshold_sources
 from dressing_sim.suites.suites import load_suite
 
 RULES = Thresholds()
