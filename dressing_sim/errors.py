@@ -7,3 +7,7 @@ class DressingSimError(Exception):
 
 class InvalidInputError(DressingSimError, ValueError):
     """A value, name or file that came from outside is not valid; the message says what is."""
+
+
+class PolicyError(InvalidInputError):
+    """A policy gave no answer, or none that can be used; the message says which and why."""

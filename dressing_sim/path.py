@@ -6,12 +6,13 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.inputs import asked_with
 from dressing_sim.seeds import derived_seed
 
@@ -99,10 +100,11 @@ def policy_path(
         longest_dt: Largest time between two points [s].
 
     Raises:
-        InvalidInputError: It is no policy, or its path or time step is not valid.
+        InvalidInputError: It is no policy.
+        PolicyError: Its path or time step is not valid.
     """
     if isinstance(source, np.ndarray | Path):
-        path, dt, whose = checked_path(source, "the path"), None, "the path: its"
+        path = checked_path(source, "the path")
     else:
         generate = getattr(source, "generate", None)
         if isinstance(source, type) or not callable(generate):
@@ -110,16 +112,40 @@ def policy_path(
                 f"cannot dress with {source!r:.60}; valid is a policy, a Path or an array (T, 3) "
                 "of numpy"
             )
-        name = f"policy {type(source).__name__}"
-        dt, whose = getattr(source, "dt", None), f"{name}: its attribute"
-        if dt is not None:
-            dt = _checked_dt(dt, longest_dt, whose)
-        own = {"seed": policy_seed(source, seed)} if takes_seed(generate) else {}
-        path = checked_path(generate(asked_with(source, posture), start, **own), name)
-        whose = f"{name}: its path's"
+        try:
+            return _answer(source, posture, start, seed, default_dt, longest_dt)
+        except PolicyError:
+            raise
+        except InvalidInputError as error:
+            raise PolicyError(str(error)) from error
+    own = default_dt if path.dt is None else _checked_dt(path.dt, longest_dt, "the path: its")
+    return Path(path.positions, own)
+
+
+def _answer(
+    policy: Any,
+    posture: Posture,
+    start: NDArray[np.float64],
+    seed: int,
+    default_dt: float,
+    longest_dt: float,
+) -> Path:
+    """The path that a policy makes, see `policy_path`."""
+    name = policy_name(policy)
+    dt = getattr(policy, "dt", None)
+    if dt is not None:
+        dt = _checked_dt(dt, longest_dt, f"{name}: its attribute")
+    own = {"seed": policy_seed(policy, seed)} if takes_seed(policy.generate) else {}
+    path = checked_path(policy.generate(asked_with(policy, posture), start, **own), name)
     if path.dt is not None:
-        return Path(path.positions, _checked_dt(path.dt, longest_dt, whose))
+        dt = _checked_dt(path.dt, longest_dt, f"{name}: its path's")
     return Path(path.positions, default_dt if dt is None else dt)
+
+
+def policy_name(policy: object) -> str:
+    """What errors call a policy: its name, if it has one, or its class's."""
+    name = getattr(policy, "name", None)
+    return f"policy {name if isinstance(name, str) else type(policy).__name__}"
 
 
 def takes_seed(function: Callable[..., object]) -> bool:

@@ -62,3 +62,36 @@ def processors() -> int:
     """Processors that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+
+
+def limit_own_resources(memory: int, file: int) -> None:
+    """Let this process, where the platform can, allocate and write no more than so much [bytes].
+
+    Beyond, an allocation raises MemoryError, and writing to a file raises OSError.
+    """
+    try:
+        resource: Any = import_module("resource")
+    except ImportError:
+        return
+    for limit, most in ((resource.RLIMIT_DATA, memory), (resource.RLIMIT_FSIZE, file)):
+        _, hard = resource.getrlimit(limit)
+        allowed = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(limit, (allowed, hard))
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+
+def lead_own_group() -> None:
+    """Make this process the leader of a group, with which `end_group` ends what it starts too."""
+    setsid = getattr(os, "setsid", None)
+    if setsid is not None:
+        setsid()
+
+
+def end_group(pid: int) -> None:
+    """End a process that called `lead_own_group`, and those that it started."""
+    kill = getattr(os, "killpg", None)
+    try:
+        if kill is not None and os.getpgid(pid) == pid:
+            kill(pid, signal.SIGKILL)
+    except ProcessLookupError:  # it is gone already
+        return

@@ -17,8 +17,9 @@ from dressing_sim.episode.observation import Force, Observation
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import UNREACHABLE
+from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.inputs import asked_with, inputs_of
-from dressing_sim.path import policy_seed, takes_seed
+from dressing_sim.path import policy_name, policy_seed, takes_seed
 from dressing_sim.world.simulation import World
 
 #: Called after every control step with the running world; for films and views.
@@ -99,7 +100,7 @@ def close_the_loop(
         seed: Of the policy's own randomness.
         observer: Called after every control step.
     """
-    name = f"policy {type(policy).__name__}"
+    name = policy_name(policy)
     frames, forces = asked_with(policy, dressing.posture), inputs_of(policy) == "frames+force"
     reset = getattr(policy, "reset", None)
     if callable(reset):
@@ -116,7 +117,7 @@ def close_the_loop(
         if wanted is None:
             held += 1
         else:
-            target = finite(f"{name}: act returned a target", wanted, 3, "m")
+            target = _target(name, wanted)
         row = dressing.step(target)
         if not _keep(dressing, row, positions, observer):
             break
@@ -133,6 +134,14 @@ def close_the_loop(
     told = f"the robot stays {errors[-1]:.3g} m from the target"
     failure = Failure(UNREACHABLE.name, told, row.time, row.armscye_s)
     return replace(recording, outcome=Outcome(False, (failure,), recording.outcome.metrics))
+
+
+def _target(name: str, wanted: object) -> NDArray[np.float64]:
+    """What a policy's `act` returned, once it is a target."""
+    try:
+        return finite(f"{name}: act returned a target", wanted, 3, "m")
+    except InvalidInputError as error:
+        raise PolicyError(str(error)) from error
 
 
 def _keep(

@@ -41,6 +41,22 @@ class Unreachable(Rule):
         return Failure(self.name, detail)
 
 
+class Unanswered(Rule):
+    """The policy answers with a path. Broken before anything moves, or in closed loop at a step."""
+
+    name, title, colour = "policy_error", "the policy gave no answer", "#999933"
+
+    def margin(self, evidence: Evidence) -> float:
+        return 0.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        return None
+
+    def unanswered(self, detail: str) -> Failure:
+        """The failure of a policy that was asked and gave no answer that can be used."""
+        return Failure(self.name, detail)
+
+
 class Timeout(Rule):
     """The path ends before the time limit."""
 
@@ -295,10 +311,11 @@ def _sustained(values: NDArray[np.float64], evidence: Evidence) -> float:
     return float(np.lib.stride_tricks.sliding_window_view(values, rows).min(axis=1).max())
 
 
-UNREACHABLE = Unreachable()
+UNANSWERED, UNREACHABLE = Unanswered(), Unreachable()
 
 #: Every rule, in the order in which tables list failures. A new rule is one more entry.
 RULES: tuple[Rule, ...] = (
+    UNANSWERED,
     UNREACHABLE,
     Timeout(),
     StoppedShort(),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, packages_distributions, version
 from pkgutil import iter_modules
 from typing import Protocol, cast, runtime_checkable
 
@@ -115,23 +115,35 @@ def policy_sources(names: Iterable[str]) -> dict[str, str]:
     return {stem: digest for stem, digest in hashes.items() if digest is not None}
 
 
-def _find(name: str) -> Callable[..., object]:
+def policy_version(name: str) -> str | None:
+    """Version of the distribution that other people's policy comes from; None if from none."""
+    package = _find(split_name(known_name(name))[0]).__module__.partition(".")[0]
+    providers = packages_distributions().get(package, ())
+    return version(providers[0]) if providers else None
+
+
+def _find(name: str) -> type:
+    """A class with the methods of a policy, or a configuration that makes one."""
     installed = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    if name in installed:
-        factory: Callable[..., object] = installed[name].load()
-        return factory
-    if ":" in name:
-        return _import(name)
-    valid = ", ".join(["default", *built_in(), *installed])
-    raise InvalidInputError(f"unknown policy {name!r}; valid is one of {valid}, or module:Class")
-
-
-def _import(name: str) -> Callable[..., object]:
-    module, _, attribute = name.partition(":")
+    if name not in installed and ":" not in name:
+        valid = ", ".join(dict.fromkeys([EXPERT, "default", *built_in(), *installed]))
+        raise InvalidInputError(
+            f"unknown policy {name!r}; valid is one of {valid}, or module:Class"
+        )
     try:
-        factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
+        found = installed[name].load() if name in installed else _imported(name)
+    except (ImportError, AttributeError, TypeError, ValueError, SyntaxError) as error:
         raise InvalidInputError(f"policy {name!r}: {error}") from error
-    if not callable(factory):
-        raise InvalidInputError(f"policy {name!r}: not a class")
-    return factory
+    methods = {one for one in ("fit", "generate", "act", "make") if hasattr(found, one)}
+    if not isinstance(found, type) or not ("fit" in methods or "make" in methods):
+        raise InvalidInputError(
+            f"policy {name!r}: not a class with fit(demonstrations) and "
+            "generate(frames, start), or with act(observation)"
+        )
+    return found
+
+
+def _imported(name: str) -> object:
+    module, _, attribute = name.partition(":")
+    found: object = getattr(import_module(module), attribute)
+    return found
