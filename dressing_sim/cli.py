@@ -9,8 +9,12 @@ from typing import Any
 
 import tyro
 
-from dressing_sim.errors import DressingSimError
+from dressing_sim.commands.parsing import errors_in_one_line
+from dressing_sim.errors import DressingSimError, one_line
 from dressing_sim.numerics import common_environment
+
+#: Of an error; names of all that is valid may make it long [letters].
+_LONGEST = 4000
 
 
 def _commands() -> dict[str, Any]:
@@ -41,15 +45,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command; an error that a user can mend is one line on standard error, exit code 2."""
     # Before numpy is loaded: numbers should not hang on the kind of processor.
     os.environ.update(common_environment())
+    given = sys.argv[1:] if arguments is None else arguments
+    commands = _commands()
     try:
-        tyro.extras.subcommand_cli_from_dict(
-            _commands(),
-            prog="dressing-sim",
-            description="A simulated dressing-robot benchmark.",
-            args=arguments,
-        )
+        with errors_in_one_line(given, list(commands)) as errors:
+            tyro.extras.subcommand_cli_from_dict(
+                {name: errors.once_parsed(command) for name, command in commands.items()},
+                prog="dressing-sim",
+                description="A simulated dressing-robot benchmark.",
+                args=given,
+            )
     except DressingSimError as error:
-        print(f"dressing-sim: {error}", file=sys.stderr)
+        print(f"dressing-sim: {one_line(str(error), _LONGEST)}", file=sys.stderr)
         raise SystemExit(2) from None
     except BrokenPipeError:
         # Whoever read our output has had enough; do not complain at exit either.

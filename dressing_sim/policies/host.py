@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.config import check_numbers
-from dressing_sim.errors import DressingSimError, InvalidInputError, PolicyError
+from dressing_sim.errors import DressingSimError, InvalidInputError, PolicyError, one_line
 from dressing_sim.inputs import fit, inputs_of
 from dressing_sim.path import checked_path, takes_seed
 from dressing_sim.system import (
@@ -189,13 +189,6 @@ def described_error(error: BaseException) -> str:
         where = f" ({Path(last.filename).name}, line {last.lineno}, in {last.name}: {last.line})"
     message = one_line(str(error)) if str(error) else ""
     return one_line(f"{type(error).__name__}{': ' if message else ''}{message}{where}")
-
-
-def one_line(text: str, most: int = 300) -> str:
-    """A text without line ends and control characters, cut where it is too long."""
-    plain = "".join(c if c.isprintable() else " " for c in text)
-    plain = " ".join(plain.split())
-    return plain if len(plain) <= most else f"{plain[: most - 3]}..."
 
 
 class _Server:

@@ -8,7 +8,7 @@ import pytest
 
 from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.path import policy_path
-from dressing_sim.policies.host import Host, PolicyLimits, one_line
+from dressing_sim.policies.host import Host, PolicyLimits
 from dressing_sim.policies.hosted import hosted_policy
 
 LIMITS = PolicyLimits(fit_time=3.0, generate_time=3.0, memory=1.0)
@@ -116,8 +116,3 @@ def test_the_process_is_used_again_while_it_lives_and_replaced_when_it_has_died(
         assert host._process.pid != first
     finally:
         host.close()
-
-
-def test_a_line_has_no_control_characters_and_an_end():
-    assert one_line("a\tb\x1b[31m\r\nc\0") == "a b [31m c"
-    assert len(one_line("x" * 5000)) == 300

@@ -7,12 +7,12 @@ outputs; a ``memory`` is what `memory_of` sets aside for it.
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from dressing_sim.learning.kernels.compiled import compiled
 from dressing_sim.learning.kernels.linalg import invert_definite
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def memory_of(mixture: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Working memory: logs (P, K), components' means (K, o), moments (3, o, o), vectors (2, o)."""
     n_frames, n_components, n_outputs = mixture.output_means.shape
@@ -24,7 +24,7 @@ def memory_of(mixture: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndar
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def log_densities(query: np.ndarray, mixture: Any, logs: np.ndarray) -> None:
     """log(pi_k N(query | input marginal of k)) of each frame into ``logs`` (P, K)."""
     n_frames, n_components, n_inputs = mixture.input_means.shape
@@ -48,7 +48,7 @@ def log_densities(query: np.ndarray, mixture: Any, logs: np.ndarray) -> None:
                 logs[p, k] = total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def condition_view(
     p: int,
     query: np.ndarray,
@@ -88,7 +88,7 @@ def condition_view(
                     local[q, o] += value
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def condition(
     query: np.ndarray, mixture: Any, memory: Any, mean: np.ndarray, covariance: np.ndarray
 ) -> None:
@@ -128,7 +128,7 @@ def condition(
         mean[o] = value
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def regress(queries: np.ndarray, mixture: Any) -> tuple[np.ndarray, np.ndarray]:
     """Means (T, o) and covariances (T, o, o) for queries (T, i)."""
     n_outputs = mixture.output_means.shape[2]
@@ -140,7 +140,7 @@ def regress(queries: np.ndarray, mixture: Any) -> tuple[np.ndarray, np.ndarray]:
     return means, covariances
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def integrate(
     start: np.ndarray,
     mixture: Any,
