@@ -9,8 +9,9 @@ import imageio.v3 as imageio
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.analysis.failures import first_failure, hardest
-from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
+from dressing_sim.benchmark.analysis.failures import hardest
+from dressing_sim.benchmark.records import EpisodeResult, first_failure
 from dressing_sim.benchmark.run.replay import Repeatable, Replay, replay_episode
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.success_document import Pictures
@@ -28,11 +29,11 @@ def failure_pictures(
     Args:
         study: The run's.
         folder: The run.
-        results: Its episodes, in the order of the protocol.
+        results: Its episodes.
     """
     found = {}
     try:
-        for hard in hardest(results):
+        for hard in hardest(EpisodeTable.of(results)):
             drawn = failure_picture(study, folder, hard.pictured)
             if drawn is not None:
                 found[hard.pictured.index] = drawn
