@@ -34,8 +34,6 @@ Key = TypeVar("Key")
 #: memory does not grow with the number of episodes.
 _AHEAD = 4
 
-_NO_WORKER = "no worker can be started here; is there enough memory?"
-
 
 class WorkerDied(DressingSimError):
     """The worker died under a call, and so did the one that tried it again."""
@@ -63,17 +61,8 @@ class Workers(Executor):
 
     def numerics(self) -> Mapping[str, str]:
         """What the workers compute with (see `dressing_sim.numerics.numerics`)."""
-        try:
-            return self._numerics()
-        except self.deaths:  # of one death another call may be the cause
-            self.renew()
-        try:
-            return self._numerics()
-        except self.deaths as death:
-            raise DressingSimError(_NO_WORKER) from death
-
-    def _numerics(self) -> Mapping[str, str]:
-        found: Mapping[str, str] = self.submit(worker_numerics).result()
+        ((_, future),) = completed(self, worker_numerics, [("numerics", ())])
+        found: Mapping[str, str] = future.result()
         return found
 
     def renew(self) -> None:
@@ -186,17 +175,11 @@ def completed(
                 yield call[0], future
         if suspects:
             workers.renew()
-            _check_alive(workers)
+            # Workers that die whatever they do are no fault of a call.
+            if _died(workers, workers.submit(os.getpid)):
+                raise DressingSimError("no worker can be started here; is there enough memory?")
         for key, arguments in suspects:
             yield key, _alone(workers, function, arguments)
-
-
-def _check_alive(workers: Workers) -> None:
-    """Raise DressingSimError if workers die whatever they do, which is no fault of a call."""
-    future = workers.submit(os.getpid)
-    wait_for([future])
-    if _died(workers, future):
-        raise DressingSimError(_NO_WORKER)
 
 
 def _alone(
@@ -205,7 +188,6 @@ def _alone(
     """Try with nothing else in flight, until two deaths are known to be the call's own."""
     for _ in range(2 if workers.shared_fate else 1):
         future = workers.submit(function, *arguments)
-        wait_for([future])
         if not _died(workers, future):
             return future
         workers.renew()
@@ -215,6 +197,7 @@ def _alone(
 
 
 def _died(workers: Workers, future: Future[Any]) -> bool:
+    """Whether the worker died under a call; waits for its end."""
     try:
         found = future.exception()
     except CancelledError as error:

@@ -2,7 +2,7 @@ from math import inf, nan
 
 import pytest
 
-from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.agreement import differences
 
 NESTED = {"a": {"b": [1, {"c": 0.1}], "d": None}, "e": "text", "f": [], "g": {}, "h": nan}
 
