@@ -16,13 +16,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.markdown import markdown_table
 from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
 from dressing_sim.benchmark.studies.cost_document import cost_table
 from dressing_sim.benchmark.studies.success_tables import (
+    CLAIMS,
     HYPERPARAMETERS,
     VARIATION,
-    claims_table,
     next_to_paper,
     sets_table,
     side_by_side,
@@ -72,7 +73,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
     "settings": lambda summary: markdown_table(side_by_side(summary, HYPERPARAMETERS)),
     "variation": lambda summary: markdown_table(side_by_side(summary, VARIATION)),
-    "claims": lambda summary: markdown_table(claims_table(summary)),
+    "claims": lambda summary: markdown_table(tabulate(summary["claims"], CLAIMS)),
     "sets": lambda summary: markdown_table(sets_table(summary)),
     "ends": ends,
     "cost": lambda summary: markdown_table(cost_table(summary)),

@@ -16,6 +16,7 @@ from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -78,6 +79,11 @@ class Style:
     colour: str
     marker: str
     dashes: str | tuple[int, tuple[float, ...]] = "-"
+
+    @property
+    def look(self) -> dict[str, Any]:
+        """What `Axes.plot` takes."""
+        return {"color": self.colour, "marker": self.marker, "ls": self.dashes}
 
 
 #: Colours of Okabe and Ito's palette, which colour-blind people can tell apart; markers and dashes
@@ -150,17 +156,7 @@ def draw_curve(axes: Axes, curve: Curve, style: Style, bars: bool = False) -> No
         axes.vlines(curve.x, curve.low, curve.high, color=style.colour, lw=1.0, alpha=0.6)
     else:
         axes.fill_between(curve.x, curve.low, curve.high, color=style.colour, alpha=0.1, lw=0.0)
-    axes.plot(
-        curve.x,
-        curve.y,
-        color=style.colour,
-        marker=style.marker,
-        ms=3.0,
-        lw=1.0,
-        ls=style.dashes,
-        clip_on=False,
-        label=curve.label,
-    )
+    axes.plot(curve.x, curve.y, clip_on=False, label=curve.label, ms=3.0, lw=1.0, **style.look)
 
 
 def draw_points(
@@ -224,15 +220,14 @@ def intervals(
                 axes.plot(
                     row.ring, y, "o", ms=5.0, mfc=SURFACE, mec=CONTRAST, mew=1.3, clip_on=False
                 )
-        handles = [
-            Line2D([], [], color=ACCENT, marker="|", ms=7.0, mew=2.2, lw=5.0, alpha=0.5),
-            Line2D([], [], color=QUIET, marker=".", ms=2.5, lw=0.0),
-            Line2D([], [], color=CONTRAST, marker="o", ms=5.0, mfc=SURFACE, mew=1.3, lw=0.0),
-        ]
-        for handle, text in zip(handles, legend, strict=True):
-            handle.set_label(text)
-        if any(legend):
-            legend_above(drawn, [h for h, text in zip(handles, legend, strict=True) if text], 3)
+        marks: tuple[dict[str, Any], ...] = (
+            {"color": ACCENT, "marker": "|", "ms": 7.0, "mew": 2.2, "lw": 5.0, "alpha": 0.5},
+            {"color": QUIET, "marker": ".", "ms": 2.5, "lw": 0.0},
+            {"color": CONTRAST, "marker": "o", "ms": 5.0, "mfc": SURFACE, "mew": 1.3, "lw": 0.0},
+        )
+        explained = [(mark, text) for mark, text in zip(marks, legend, strict=True) if text]
+        if explained:
+            legend_above(drawn, [Line2D([], [], label=t, **mark) for mark, t in explained], 3)
         return svg_of(drawn)
 
 
@@ -250,8 +245,7 @@ def stacked(
     labels = [wrapped(label) for label in rows]
     places = _places(labels)
     longest = max((sum(shares.values()) for shares in rows.values()), default=0.0)
-    reach = next(step for step in (20.0, 40.0, 60.0, 80.0, math.inf) if longest <= step)
-    reach = min(reach, 100.0)
+    reach = next((step for step in (20.0, 40.0, 60.0, 80.0) if longest <= step), 100.0)
     with figure(places[-1] + 1.1) as drawn:
         axes = _rows(drawn, labels, places, xlabel, (0.0, reach))
         for y, shares in zip(places, rows.values(), strict=True):
@@ -305,5 +299,5 @@ def _text_on(colour: str) -> str:
     """A colour that can be read on another."""
     if colour == BLACK:
         return SURFACE
-    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    red, green, blue = to_rgb(colour)
     return _ON_DARK if 0.30 * red + 0.59 * green + 0.11 * blue < 0.45 else _ON_BRIGHT

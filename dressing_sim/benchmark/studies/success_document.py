@@ -23,6 +23,7 @@ from dressing_sim.benchmark.report.document import (
     Table,
     config_section,
     percent,
+    tabulate,
 )
 from dressing_sim.benchmark.studies.success_plots import (
     budget_plot,
@@ -33,15 +34,15 @@ from dressing_sim.benchmark.studies.success_plots import (
     rates_plot,
 )
 from dressing_sim.benchmark.studies.success_tables import (
+    CLAIMS,
     HYPERPARAMETERS,
+    PAIRS,
     VARIATION,
     Change,
     Summary,
-    claims_table,
     hardest_table,
     listing,
     next_to_paper,
-    pairs_table,
     reasons_table,
     sets_table,
     side_by_side,
@@ -208,7 +209,7 @@ def _claims(summary: Summary) -> Iterator[Block]:
             f"{', '.join(counts)}. The 95 % interval decides, not the estimate; where it does not, "
             "the claim is undecided."
         )
-        yield Table(claims_table(summary))
+        yield Table(tabulate(summary["claims"], CLAIMS))
 
 
 def _comparisons(summary: Summary) -> Iterator[Block]:
@@ -221,7 +222,7 @@ def _comparisons(summary: Summary) -> Iterator[Block]:
     for kind, group in groupby(summary["comparisons"], key=lambda pair: pair["kind"]):
         pairs, name = list(group), f"First {COMPARISONS.get(kind, 'less second')}"
         yield Paragraph(f"{name}:")
-        yield Table(pairs_table(pairs))
+        yield Table(tabulate(pairs, PAIRS))
         yield differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
 
 

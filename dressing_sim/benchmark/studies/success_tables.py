@@ -36,7 +36,8 @@ _ROWS: list[Column[Summary]] = [
     ("what went wrong", lambda row: _wrong(row["failures"], row["n_void"])),
 ]
 
-_PAIRS: list[Column[Summary]] = [
+#: Of comparisons.
+PAIRS: list[Column[Summary]] = [
     ("first", lambda pair: label_of(pair["a"])),
     ("second", lambda pair: label_of(pair["b"])),
     ("pairs", lambda pair: str(pair["n_pairs"])),
@@ -48,7 +49,8 @@ _PAIRS: list[Column[Summary]] = [
     ("P(better)", lambda pair: number(pair["probability_of_improvement"], ".2f")),
 ]
 
-_CLAIMS: list[Column[Summary]] = [
+#: Of the paper's claims with their verdicts.
+CLAIMS: list[Column[Summary]] = [
     ("claim", lambda claim: claim["statement"]),
     ("verdict", lambda claim: f"**{claim['verdict']}**"),
     ("numbers", lambda claim: claim["detail"]),
@@ -168,11 +170,6 @@ def reasons_table(summary: Summary) -> Cells:
     return tabulate(summary["rows"], [("row", label_of), *map(count_of, reasons)])
 
 
-def claims_table(summary: Summary) -> Cells:
-    """The paper's claims with their verdicts."""
-    return tabulate(summary["claims"], _CLAIMS)
-
-
 def sets_table(summary: Summary) -> Cells:
     """Successes by demonstration set; the heading alone where there is one set."""
     rows = [row for row in summary["rows"] if "sets" in row]
@@ -183,11 +180,6 @@ def sets_table(summary: Summary) -> Cells:
 
     sets = range(len(rows[0]["sets"])) if rows else ()
     return tabulate(rows, [*_ROWS[:3], *map(of_set, sets)], optional=("varied",))
-
-
-def pairs_table(pairs: Sequence[Summary]) -> Cells:
-    """Comparisons of a summary."""
-    return tabulate(pairs, _PAIRS)
 
 
 @dataclass(frozen=True, slots=True)

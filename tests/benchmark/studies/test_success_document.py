@@ -29,6 +29,7 @@ from dressing_sim.benchmark.analysis.failures import hardest
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import plots
+from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown, markdown_table
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS
@@ -42,10 +43,10 @@ from dressing_sim.benchmark.studies.success_plots import (
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
     HYPERPARAMETERS,
+    PAIRS,
     VARIATION,
     listing,
     next_to_paper,
-    pairs_table,
     sets_table,
     side_by_side,
     table,
@@ -122,7 +123,7 @@ def test_tables_claims_and_the_command_are_in_every_report(full, write):
     for cells in (table(summary), sets_table(summary), listing(EpisodeTable.of(results))[1]):
         assert_table(text, cells, write)
     assert summary["comparisons"]
-    assert_table(text, pairs_table(summary["comparisons"][:6]), write)
+    assert_table(text, tabulate(summary["comparisons"][:6], PAIRS), write)
 
 
 def assert_table(text, cells, write):

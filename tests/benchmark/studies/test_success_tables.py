@@ -21,12 +21,13 @@ from fake_results import (
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import contrast, rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
     HYPERPARAMETERS,
+    PAIRS,
     VARIATION,
     listing,
-    pairs_table,
     sets_table,
     side_by_side,
     table,
@@ -233,7 +234,7 @@ def test_rates_of_each_set_stand_side_by_side(full):
 
 def test_every_comparison_is_a_line(full):
     _, summary = full
-    lines = pairs_table(summary["comparisons"])[1:]
+    lines = tabulate(summary["comparisons"], PAIRS)[1:]
     for pair, line in zip(summary["comparisons"], lines, strict=True):
         low, high = pair["pc_difference_ci95"]
         assert line[2:7] == [
@@ -248,7 +249,7 @@ def test_every_comparison_is_a_line(full):
 def test_a_pair_without_a_common_episode_has_no_difference():
     protocol = Protocol("p", "s", (Entry("tp-gmm-rf", "case_a"), Entry("tp-gmm", "case_a")))
     summary = summarise(protocol, results_of(protocol, [[SUCCESS], [VOID]]), {})
-    assert pairs_table(summary["comparisons"])[1][:7] == [
+    assert tabulate(summary["comparisons"], PAIRS)[1][:7] == [
         "tp-gmm-rf on case_a",
         "tp-gmm on case_a",
         *("0", "0", "0", "-", "-100 to +100"),
