@@ -21,8 +21,21 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-#: Behind a plot, and around marks; text and black data; less of it; lines to read values by.
-PAPER, SURFACE, INK, QUIET, GRID = "#ffffff", "#fdfdfb", "#1c1c1a", "#62625c", "#e4e3dd"
+from dressing_sim.files import assets
+
+_STYLE: dict[Any, Any] = dict(
+    matplotlib.rc_params_from_file(
+        assets() / "report" / "plots.mplstyle", use_default_template=False
+    )
+)
+
+#: Behind a plot; text; less of it; lines to read values by.
+PAPER, INK, QUIET, GRID = (
+    str(_STYLE[f"{name}color"]) for name in ("axes.face", "text.", "axes.edge", "grid.")
+)
+
+#: Around marks.
+SURFACE = "#fdfdfb"
 
 #: The darkest on bright paper, the brightest on dark. Not quite black, which SVG leaves unsaid.
 BLACK = "#010101"
@@ -36,40 +49,6 @@ WIDTH, NARROW = 7.6, 3.75
 _ON_DARK, _ON_BRIGHT = "#fefefe", "#111111"
 _ROW, _LINE = 0.17, 0.15  # heights of a row of intervals and of a further line of its label [inch]
 _LABEL = 46  # letters in a line of a label
-
-#: Without date and random names, so that the same numbers give the same file; `$` is a letter.
-STYLE: dict[Any, Any] = {
-    "svg.hashsalt": "dressing_sim",
-    "svg.fonttype": "path",
-    "text.parse_math": False,
-    "font.family": "DejaVu Sans",
-    "font.size": 7.5,
-    "axes.titlesize": 7.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 7.5,
-    "axes.labelcolor": QUIET,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": QUIET,
-    "axes.facecolor": PAPER,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "figure.dpi": 72.0,  # as SVG is, so that a layout fits
-    "figure.facecolor": PAPER,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-    "text.color": INK,
-    "xtick.color": QUIET,
-    "xtick.labelsize": 7.5,
-    "xtick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.color": QUIET,
-    "ytick.labelsize": 7.5,
-    "ytick.major.width": 0.6,
-    "ytick.major.size": 2.5,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,14 +84,14 @@ MUTED = Style(QUIET, "s")
 @contextmanager
 def figure(height: float, width: float = WIDTH) -> Iterator[Figure]:
     """A figure of this size [inch] in the style, which holds inside the block alone."""
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(_STYLE):
         yield Figure(figsize=(width, height), layout="constrained")
 
 
 def svg_of(drawn: Figure) -> str:
     """A figure as the text of an SVG file."""
     stream = io.StringIO()
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(_STYLE):
         layout = drawn.get_layout_engine()
         if layout is not None:  # else matplotlib draws all of it once more to find it
             layout.execute(drawn)

@@ -7,18 +7,10 @@ import os
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-)
-from concurrent.futures import wait as wait_for
+from concurrent import futures
+from concurrent.futures import Future
 from itertools import islice
-from multiprocessing.connection import Connection
-from multiprocessing.connection import wait as wait_for_connection
+from multiprocessing import connection
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -39,7 +31,7 @@ class WorkerDied(DressingSimError):
     """The worker died under a call, and so did the one that tried it again."""
 
 
-class Workers(Executor):
+class Workers(futures.Executor):
     """An executor whose workers can die.
 
     Each call gets one thread for linear algebra: workers do not slow down each other, and bits do
@@ -51,7 +43,7 @@ class Workers(Executor):
         shared_fate: Whether a death ends all calls in flight, whichever of them it was.
     """
 
-    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    deaths: tuple[type[BaseException], ...] = (futures.BrokenExecutor,)
     shared_fate: bool = True
 
     @property
@@ -95,7 +87,7 @@ class Processes(Workers):
         context = multiprocessing.get_context("spawn")
         # Nobody writes to the leash. It breaks when this process closes it, or is killed.
         worker_end, self._leash = context.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(
+        self._pool = futures.ProcessPoolExecutor(
             self._count, mp_context=context, initializer=_heed, initargs=(worker_end,)
         )
 
@@ -123,12 +115,12 @@ class Processes(Workers):
             self._leash.close()
 
 
-def _heed(leash: Connection) -> None:
+def _heed(leash: connection.Connection) -> None:
     """In a worker: end it as soon as the leash breaks, whatever it is doing; nothing else does."""
     ignore_interrupt()
 
     def watch() -> None:
-        wait_for_connection([leash])
+        connection.wait([leash])
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
@@ -163,9 +155,9 @@ def completed(
                 break
         if not flying and not suspects:
             return
-        done, _ = wait_for(flying, return_when=FIRST_COMPLETED)
+        done, _ = futures.wait(flying, return_when=futures.FIRST_COMPLETED)
         if suspects or any(_died(workers, future) for future in done):
-            done, _ = wait_for(flying)
+            done, _ = futures.wait(flying)
         # In the order of the calls: if one of them is in error, those before it are told of.
         for future in [future for future in flying if future in done]:
             call = flying.pop(future)
@@ -200,9 +192,9 @@ def _died(workers: Workers, future: Future[Any]) -> bool:
     """Whether the worker died under a call; waits for its end."""
     try:
         found = future.exception()
-    except CancelledError as error:
+    except futures.CancelledError as error:
         found = error
-    if isinstance(found, CancelledError):
+    if isinstance(found, futures.CancelledError):
         raise DressingSimError("the work was cancelled: the scheduler is gone") from found
     return isinstance(found, workers.deaths)
 

@@ -25,30 +25,9 @@ from dressing_sim.benchmark.report.document import (
     percent,
     tabulate,
 )
-from dressing_sim.benchmark.studies.success_plots import (
-    budget_plot,
-    differences_plot,
-    elbow_plot,
-    failures_plot,
-    interval,
-    rates_plot,
-)
-from dressing_sim.benchmark.studies.success_tables import (
-    CLAIMS,
-    HYPERPARAMETERS,
-    PAIRS,
-    VARIATION,
-    Change,
-    Summary,
-    hardest_table,
-    listing,
-    next_to_paper,
-    reasons_table,
-    sets_table,
-    side_by_side,
-    table,
-    void_table,
-)
+from dressing_sim.benchmark.studies import success_plots as plots
+from dressing_sim.benchmark.studies import success_tables as tables
+from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
 
 SUCCESS_RULE = (
@@ -101,21 +80,21 @@ def success_document(
         pictures: Of the hardest postures.
     """
     episodes = EpisodeTable.of(results)
-    listed, cells = listing(episodes)
+    listed, cells = tables.listing(episodes)
     sections = (
         Section("How often the arm was dressed", tuple(_rates(protocol, summary))),
         Section(
             "Success against the number of demonstrations",
-            tuple(filter(None, [budget_plot(protocol, episodes)])),
+            tuple(filter(None, [plots.budget_plot(protocol, episodes)])),
         ),
-        *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION)),
+        *(_change(summary, change) for change in (tables.HYPERPARAMETERS, tables.VARIATION)),
         Section("The paper's claims", tuple(_claims(summary))),
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
-        Section("Success against the bend of the elbow", (elbow_plot(protocol, episodes),)),
+        Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
         Section("The hardest postures", tuple(_hardest(folder, episodes, pictures or Pictures()))),
-        _folded("Success by demonstration set", sets_table(summary)),
-        _folded("Void episodes, counted neither way", void_table(episodes)),
+        _folded("Success by demonstration set", tables.sets_table(summary)),
+        _folded("Void episodes, counted neither way", tables.void_table(episodes)),
         Section(listed, (Table(cells),), folded=True),
         config_section(summary),
     )
@@ -129,13 +108,13 @@ def success_document(
 
 def paper_table(protocol: Protocol, summary: Summary) -> Cells:
     """The summary's rows next to the paper's; none unless the protocol, and some row, is its."""
-    cells = next_to_paper(summary["rows"])
+    cells = tables.next_to_paper(summary["rows"])
     return cells if protocol.name == "paper" and len(cells) > 1 else []
 
 
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield Paragraph(headline(protocol, summary))
-    yield Table(table(summary))
+    yield Table(tables.table(summary))
     beside = paper_table(protocol, summary)
     if beside:
         yield Table(
@@ -179,7 +158,7 @@ def headline(protocol: Protocol, summary: Summary) -> str:
 
 
 def _dressed(row: Summary) -> str:
-    low, high = interval(row)
+    low, high = plots.interval(row)
     return (
         f"{row['n_success']} of {row['n_episodes']} arms ({percent(row['pc_success'])}, "
         f"95 % interval {low:.0f} to {high:.0f} %)"
@@ -193,11 +172,11 @@ def _rates(protocol: Protocol, summary: Summary) -> Iterator[Block]:
             f"With {protocol.demonstration_sets} demonstration sets, each posture is dressed by "
             "the policy that learned from one of them; all rows are paired by posture and set."
         )
-    yield rates_plot(summary)
+    yield plots.rates_plot(summary)
 
 
-def _change(summary: Summary, change: Change) -> Section:
-    cells = side_by_side(summary, change)
+def _change(summary: Summary, change: tables.Change) -> Section:
+    cells = tables.side_by_side(summary, change)
     return Section(change.title, (Table(cells), Paragraph(change.rule)) if cells else ())
 
 
@@ -209,7 +188,7 @@ def _claims(summary: Summary) -> Iterator[Block]:
             f"{', '.join(counts)}. The 95 % interval decides, not the estimate; where it does not, "
             "the claim is undecided."
         )
-        yield Table(tabulate(summary["claims"], CLAIMS))
+        yield Table(tabulate(summary["claims"], tables.CLAIMS))
 
 
 def _comparisons(summary: Summary) -> Iterator[Block]:
@@ -222,8 +201,8 @@ def _comparisons(summary: Summary) -> Iterator[Block]:
     for kind, group in groupby(summary["comparisons"], key=lambda pair: pair["kind"]):
         pairs, name = list(group), f"First {COMPARISONS.get(kind, 'less second')}"
         yield Paragraph(f"{name}:")
-        yield Table(tabulate(pairs, PAIRS))
-        yield differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
+        yield Table(tabulate(pairs, tables.PAIRS))
+        yield plots.differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
 
 
 def _failures(protocol: Protocol, episodes: EpisodeTable, summary: Summary) -> Iterator[Block]:
@@ -234,8 +213,8 @@ def _failures(protocol: Protocol, episodes: EpisodeTable, summary: Summary) -> I
         "Each failed episode is counted once, by the reason that came first in time; a "
         "sleeve that was caught counts as `stuck`, not as the limit that stopped the robot."
     )
-    yield failures_plot(protocol, episodes)
-    yield Table(reasons_table(summary), "All reasons; an episode can have several.")
+    yield plots.failures_plot(protocol, episodes)
+    yield Table(tables.reasons_table(summary), "All reasons; an episode can have several.")
 
 
 def _hardest(folder: Path, episodes: EpisodeTable, pictures: Pictures) -> Iterator[Block]:
@@ -250,7 +229,7 @@ def _hardest(folder: Path, episodes: EpisodeTable, pictures: Pictures) -> Iterat
             else f"{pictures.missing}."
         )
         yield Paragraph(f"Those that the largest part of the rows failed to dress; {told}")
-        yield Table(hardest_table(found, replay))
+        yield Table(tables.hardest_table(found, replay))
         yield Cards(tuple(_card(hard, pictures) for hard in found))
 
 
