@@ -20,13 +20,15 @@ from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.markdown import markdown_table
 from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
 from dressing_sim.benchmark.studies.cost_document import cost_table
-from dressing_sim.benchmark.studies.success_tables import (
-    CLAIMS,
+from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
     VARIATION,
+    side_by_side,
+)
+from dressing_sim.benchmark.studies.success_tables import (
+    CLAIMS,
     next_to_paper,
     sets_table,
-    side_by_side,
     table,
 )
 from dressing_sim.benchmark.studies.thresholds_document import sensitivity_table, turned_table

@@ -27,6 +27,12 @@ from dressing_sim.benchmark.report.document import (
 )
 from dressing_sim.benchmark.studies import success_plots as plots
 from dressing_sim.benchmark.studies import success_tables as tables
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    Change,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
 
@@ -87,7 +93,7 @@ def success_document(
             "Success against the number of demonstrations",
             tuple(filter(None, [plots.budget_plot(protocol, episodes)])),
         ),
-        *(_change(summary, change) for change in (tables.HYPERPARAMETERS, tables.VARIATION)),
+        *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION)),
         Section("The paper's claims", tuple(_claims(summary))),
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
@@ -175,8 +181,8 @@ def _rates(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield plots.rates_plot(summary)
 
 
-def _change(summary: Summary, change: tables.Change) -> Section:
-    cells = tables.side_by_side(summary, change)
+def _change(summary: Summary, change: Change) -> Section:
+    cells = side_by_side(summary, change)
     return Section(change.title, (Table(cells), Paragraph(change.rule)) if cells else ())
 
 

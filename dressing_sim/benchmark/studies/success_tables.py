@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
@@ -13,7 +12,6 @@ from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, EpisodeResult, in_order
 from dressing_sim.benchmark.report.document import Cells, Column, percent, tabulate
 from dressing_sim.episode.metrics import METRICS
-from dressing_sim.policies.hyperparameters import split_name
 
 #: With more episodes than this a report lists postures instead.
 MOST_EPISODES_LISTED = 60
@@ -21,15 +19,25 @@ MOST_EPISODES_LISTED = 60
 #: A row or a comparison of ``summary.json``, or all of it.
 Summary: TypeAlias = Mapping[str, Any]
 
-_NAMED: list[Column[Entry]] = [
-    ("policy", lambda entry: entry.policy),
-    ("shown", lambda entry: entry.demonstrations or "-"),
-    ("varied", lambda entry: ", ".join(entry.variation) or "-"),
-]
+T = TypeVar("T")
+
+
+def _named(entry_of: Callable[[T], Entry]) -> list[Column[T]]:
+    """What says which row of the protocol something is of."""
+    return [
+        ("policy", lambda one: entry_of(one).policy),
+        ("shown", lambda one: entry_of(one).demonstrations or "-"),
+        ("varied", lambda one: ", ".join(entry_of(one).variation) or "-"),
+    ]
+
+
+def _entry(result: EpisodeResult) -> Entry:
+    return result.entry
+
 
 _ROWS: list[Column[Summary]] = [
-    *((heading, lambda row, cell=cell: cell(Entry.of(row))) for heading, cell in _NAMED),
-    ("success", lambda row: f"{row['n_success']} / {row['n_episodes']}"),
+    *_named(Entry.of),
+    ("success", lambda row: _success(row)),
     ("rate", lambda row: percent(row["pc_success"])),
     ("95 % interval", lambda row: between(row["pc_success_ci95"])),
     ("over sets", lambda row: between(row.get("pc_success_ci95_sets"))),
@@ -58,7 +66,7 @@ CLAIMS: list[Column[Summary]] = [
 
 _EPISODES: list[Column[EpisodeResult]] = [
     ("episode", lambda result: str(result.index)),
-    *((heading, lambda result, cell=cell: cell(result.entry)) for heading, cell in _NAMED),
+    *_named(_entry),
     ("posture", lambda result: result.posture.name),
     ("elbow", lambda result: _elbow(result)),
     ("outcome", lambda result: verdict(result.outcome)),
@@ -108,6 +116,10 @@ def _wrong(reasons: Mapping[str, int], n_void: int) -> str:
     return ", ".join(filter(None, [counted(reasons), void])) or "-"
 
 
+def _success(row: Summary) -> str:
+    return f"{row['n_success']} / {row['n_episodes']}"
+
+
 def _elbow(result: EpisodeResult) -> str:
     return f"{result.posture.elbow_deg:.0f} deg"
 
@@ -150,7 +162,7 @@ def next_to_paper(rows: Sequence[Summary]) -> Cells:
         return [(heading, lambda row: _counts(rate(row))), ("95 % interval", interval)]
 
     nominal = [row for row in rows if not row.get("variation")]
-    columns = [*_ROWS[:2], *rates("ours", ours), *rates("the paper's", printed_rate)]
+    columns = [*_named(Entry.of)[:2], *rates("ours", ours), *rates("the paper's", printed_rate)]
     return tabulate(nominal if any(map(printed_rate, nominal)) else [], columns)
 
 
@@ -173,106 +185,12 @@ def reasons_table(summary: Summary) -> Cells:
 def sets_table(summary: Summary) -> Cells:
     """Successes by demonstration set; the heading alone where there is one set."""
     rows = [row for row in summary["rows"] if "sets" in row]
-    success = _ROWS[3][1]
 
     def of_set(i: int) -> Column[Summary]:
-        return f"set {i}", lambda row: success(row["sets"][i])
+        return f"set {i}", lambda row: _success(row["sets"][i])
 
     sets = range(len(rows[0]["sets"])) if rows else ()
-    return tabulate(rows, [*_ROWS[:3], *map(of_set, sets)], optional=("varied",))
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Something that is changed in some rows, to be compared with those in which it is not.
-
-    Attributes:
-        kind: Of the comparisons that show what it does.
-        title: Of the section on it.
-        rule: What the table shows.
-        heading: Of its first column.
-        unchanged: What the line without a change is called.
-        place: Line and column of a row of the summary.
-    """
-
-    kind: str
-    title: str
-    rule: str
-    heading: str
-    unchanged: str
-    place: Callable[[Summary], tuple[str, str]]
-
-
-def _by_hyperparameters(row: Summary) -> tuple[str, str]:
-    stem, chosen = split_name(row["policy"])
-    varied = f"{_varied(row)} varied" if row["variation"] else None
-    return chosen or "as chosen", _joined(stem, row["demonstrations"], varied)
-
-
-def _by_variation(row: Summary) -> tuple[str, str]:
-    return _varied(row) or "nothing", _joined(row["policy"], row["demonstrations"])
-
-
-def _varied(row: Summary) -> str:
-    return " and ".join(row["variation"])
-
-
-def _joined(*parts: str | None) -> str:
-    return ", ".join(filter(None, parts))
-
-
-_RULE = (
-    "{}; in brackets the difference to the same policy {}, over the same postures and "
-    "demonstration sets, in percentage points, with its 95 % bootstrap interval."
-)
-
-HYPERPARAMETERS = Change(
-    "settings",
-    "Settings of policies",
-    _RULE.format("Success rates of policies with settings changed as each line says", "as chosen"),
-    *("settings", "as chosen", _by_hyperparameters),
-)
-
-VARIATION = Change(
-    "variation",
-    "Robustness",
-    _RULE.format(
-        "Success rates where what each line says is drawn anew for each episode",
-        "in the nominal world",
-    ),
-    *("varied", "nothing", _by_variation),
-)
-
-
-def side_by_side(summary: Summary, change: Change) -> Cells:
-    """What a change does to each policy: rows with and without it, side by side.
-
-    Below the heading the line of rows without a change, if there are any, then one for each change;
-    a column for each policy and its demonstrations, all in the order in which they first appear. A
-    cell is a success rate in per cent with, where the row is compared with the one without a
-    change, the paired difference to it and its 95 % interval in percentage points; "-" where
-    nothing was run, or all of it is void. No cells at all where nothing is changed.
-    """
-    pairs = [pair for pair in summary["comparisons"] if pair["kind"] == change.kind]
-    compared = {change.place(pair["a"]): pair for pair in pairs}
-    placed = {change.place(row): row for row in summary["rows"]}
-    filled = {place: _rate(row, compared.get(place)) for place, row in placed.items()}
-    used = {line for line, _ in filled}
-    lines = list(dict.fromkeys([change.unchanged, *(line for line, _ in filled)]))
-    columns = dict.fromkeys(column for _, column in filled)
-    if len(lines) == 1:
-        return []
-    return [
-        [change.heading, *columns],
-        *([line, *(filled.get((line, c), "-") for c in columns)] for line in lines if line in used),
-    ]
-
-
-def _rate(row: Summary, pair: Summary | None) -> str:
-    rate = percent(row["pc_success"])
-    if row["pc_success"] is None or pair is None or pair["pc_difference"] is None:
-        return rate
-    return f"{rate} ({pair['pc_difference']:+.3g}, {signed_interval(pair)})"
+    return tabulate(rows, [*_named(Entry.of), *map(of_set, sets)], optional=("varied",))
 
 
 def hardest_table(found: Sequence[HardPosture], command: Callable[[EpisodeResult], str]) -> Cells:

@@ -33,6 +33,11 @@ from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown, markdown_table
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_document import Pictures, headline, success_document
 from dressing_sim.benchmark.studies.success_plots import (
     differences_plot,
@@ -42,13 +47,10 @@ from dressing_sim.benchmark.studies.success_plots import (
 )
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
-    HYPERPARAMETERS,
     PAIRS,
-    VARIATION,
     listing,
     next_to_paper,
     sets_table,
-    side_by_side,
     table,
 )
 from dressing_sim.episode.rules import REASONS, Failure, Outcome, rule_colour

@@ -22,14 +22,16 @@ from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import contrast, rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report.document import tabulate
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
-    HYPERPARAMETERS,
     PAIRS,
-    VARIATION,
     listing,
     sets_table,
-    side_by_side,
     table,
     void_table,
 )
