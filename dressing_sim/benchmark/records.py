@@ -7,7 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from dressing_sim.arm import Posture
-from dressing_sim.episode.rules import Failure, Outcome, Thresholds, in_order
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import in_order
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Inputs
 from dressing_sim.policies.registry import known_name, learns

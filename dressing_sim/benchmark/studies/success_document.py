@@ -112,17 +112,11 @@ def success_document(
     )
 
 
-def paper_table(protocol: Protocol, summary: Summary) -> Cells:
-    """The summary's rows next to the paper's; none unless the protocol, and some row, is its."""
-    cells = tables.next_to_paper(summary["rows"])
-    return cells if protocol.name == "paper" and len(cells) > 1 else []
-
-
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield Paragraph(headline(protocol, summary))
     yield Table(tables.table(summary))
-    beside = paper_table(protocol, summary)
-    if beside:
+    beside = tables.next_to_paper(summary["rows"])
+    if protocol.name == "paper" and len(beside) > 1:
         yield Table(
             beside,
             "Next to the paper's table, whose trials were made with a real robot, on postures of "
