@@ -62,10 +62,7 @@ class Agreement:
 def compare(recorded: Mapping[str, Any], now: Mapping[str, Any], numerics: str = "") -> Agreement:
     """Compare two lines of ``episodes.jsonl``, plain values.
 
-    Args:
-        recorded: As it was recorded.
-        now: As it is now.
-        numerics: In what the numerics differ; if empty, every bit must be the same.
+    `numerics` is in what the numerics differ; if it is empty, every bit must be the same.
     """
     before, after = (
         dict(_leaves({name: line[name] for name in line if name not in _NOT_MEASURED}))
@@ -84,11 +81,7 @@ def compare(recorded: Mapping[str, Any], now: Mapping[str, Any], numerics: str =
 def differences(first: Any, second: Any, here: str, there: str) -> list[str]:
     """One line for each plain value that differs, and none if all are equal to the bit.
 
-    Args:
-        first: Dictionaries and lists of plain values.
-        second: The like.
-        here: What the first are called in the text.
-        there: What the second are called.
+    The first are called `here` in the text, the second `there`.
     """
     one, other = dict(_leaves(first)), dict(_leaves(second))
     return _told(_unequal(one, other), one, other, here, there)

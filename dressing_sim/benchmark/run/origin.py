@@ -70,12 +70,7 @@ class Origin:
         return differences(then, here, "then", "now")
 
     def joined(self, now: Origin, n_episodes: int) -> Origin:
-        """This one, which names further numerics if the run goes on with others.
-
-        Args:
-            now: Of what goes on.
-            n_episodes: How many episodes are there already.
-        """
+        """This one, which names further numerics if the run goes on with others after n episodes."""
         if not self.numerics or not unlike(self.numerics[-1], now.numerics[0], "", ""):
             return self
         step = {"episodes_before": n_episodes, "numerics": dict(now.numerics[0])}
@@ -94,14 +89,9 @@ def check_resumable(
     now: Origin,
     accept_numerics: bool,
 ) -> None:
-    """Raise InvalidInputError unless the run in a folder can go on with the same bits.
+    """Raise InvalidInputError unless a run in a folder can go on with the same bits.
 
-    Args:
-        path: The folder, for the text.
-        earlier: Its config.
-        wanted: Config of what shall go on, without an origin.
-        now: Its origin.
-        accept_numerics: Whether they may be others.
+    `earlier` is the config there, `wanted` that of what shall go on from `now`, without an origin.
     """
     origin = Origin.of(earlier)
     there = {name: value for name, value in earlier.items() if name != _KEY}

@@ -27,9 +27,7 @@ def show_progress(
 ) -> Iterator[Progress]:
     """Show each stage on a console; what it yields a run tells about its progress.
 
-    Args:
-        console: Where to.
-        clock: Seconds since whenever, for the lines without a terminal.
+    The clock gives seconds since whenever, for the lines without a terminal.
     """
     if not console.is_terminal:
         yield _lines(console, clock)

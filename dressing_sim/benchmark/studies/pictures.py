@@ -24,13 +24,7 @@ from dressing_sim.world.simulation import World
 def failure_pictures(
     study: Repeatable, folder: RunFolder, results: Sequence[EpisodeResult]
 ) -> Pictures:
-    """A failed episode of each of the hardest postures; where no OpenGL works, why none.
-
-    Args:
-        study: The run's.
-        folder: The run.
-        results: Its episodes.
-    """
+    """A failed episode of each of the hardest postures; where no OpenGL works, why none."""
     found = {}
     try:
         for hard in hardest(EpisodeTable.of(results)):
