@@ -70,7 +70,7 @@ class Origin:
         return differences(then, here, "then", "now")
 
     def joined(self, now: Origin, n_episodes: int) -> Origin:
-        """This one, which names further numerics if the run goes on with others after n episodes."""
+        """This one, with further numerics if the run goes on with others after n episodes."""
         if not self.numerics or not unlike(self.numerics[-1], now.numerics[0], "", ""):
             return self
         step = {"episodes_before": n_episodes, "numerics": dict(now.numerics[0])}
