@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from dressing_sim.benchmark.run.differences import differences
+from dressing_sim.benchmark.run.agreement import differences
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import unlike
@@ -47,9 +47,8 @@ class Origin:
     @property
     def numerics(self) -> list[Mapping[str, str]]:
         """All that its episodes were made with; none if the folder does not say."""
-        first = self.provenance.get("numerics")
-        later = [item["numerics"] for item in self.provenance.get(_LATER, ())]
-        return ([first] if first else []) + later
+        steps = [self.provenance, *self.provenance.get(_LATER, ())]
+        return [step["numerics"] for step in steps if step.get("numerics")]
 
     def other_numerics(self, now: Mapping[str, str]) -> str:
         """In what these numerics differ from recorded ones, in a line; empty if they do not.
@@ -62,21 +61,16 @@ class Origin:
 
     def changed(self, now: Origin) -> list[str]:
         """What has other code now: packages and other people's policies, a line each."""
-        return differences(self._code(now), now._code(self), "then", "now")
-
-    def _code(self, other: Origin) -> dict[str, Any]:
         # What one of the two does not say cannot be compared.
-        known = self.provenance and other.provenance
-        sources = self.provenance.get("sources", {}) if known else {}
-        return {"versions": dict(self.versions), "sources": sources}
+        known = ("sources",) if self.provenance and now.provenance else ()
+        then, here = (
+            {"versions": dict(one.versions), **{key: one.provenance.get(key, {}) for key in known}}
+            for one in (self, now)
+        )
+        return differences(then, here, "then", "now")
 
     def joined(self, now: Origin, n_episodes: int) -> Origin:
-        """This one, which names further numerics if the run goes on with others.
-
-        Args:
-            now: Of what goes on.
-            n_episodes: How many episodes are there already.
-        """
+        """This one, with further numerics if the run goes on with others after n episodes."""
         if not self.numerics or not unlike(self.numerics[-1], now.numerics[0], "", ""):
             return self
         step = {"episodes_before": n_episodes, "numerics": dict(now.numerics[0])}
@@ -95,19 +89,13 @@ def check_resumable(
     now: Origin,
     accept_numerics: bool,
 ) -> None:
-    """Raise InvalidInputError unless the run in a folder can go on with the same bits.
+    """Raise InvalidInputError unless a run in a folder can go on with the same bits.
 
-    Args:
-        path: The folder, for the text.
-        earlier: Its config.
-        wanted: Config of what shall go on, without an origin.
-        now: Its origin.
-        accept_numerics: Whether they may be others.
+    `earlier` is the config there, `wanted` that of what shall go on from `now`, without an origin.
     """
     origin = Origin.of(earlier)
     there = {name: value for name, value in earlier.items() if name != _KEY}
-    found = differences(there, wanted, "there", "now")
-    found = found or origin.changed(now)
+    found = differences(there, wanted, "there", "now") or origin.changed(now)
     if found:
         told = "\n  ".join(found)
         raise InvalidInputError(

@@ -105,11 +105,7 @@ class Plan:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Plan:
-        """The inverse of `to_dict`, but for the versions.
-
-        Raises:
-            InvalidInputError: A key is missing, or a value is not valid.
-        """
+        """The inverse of `to_dict`, but for the versions; damage is an InvalidInputError."""
         try:
             entries = tuple(from_plain(Entry, entry) for entry in values["protocol"]["entries"])
             return cls(

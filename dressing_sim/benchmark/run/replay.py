@@ -54,11 +54,7 @@ def replay_episode(
 ) -> Replay:
     """Run an episode again, with a policy that learns again from the folder's demonstrations.
 
-    Args:
-        study: The one that the folder's config names.
-        folder: A run.
-        index: Of the episode.
-        observer: Called after every control step.
+    The study is the one that the folder's config names; the observer is called after every step.
 
     Raises:
         InvalidInputError: There is no such episode, or a demonstration is missing.

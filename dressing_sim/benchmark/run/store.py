@@ -98,14 +98,13 @@ class OpenRun(RunFolder):
 
     def __init__(self, path: Path, config: Mapping[str, Any], file: BinaryIO) -> None:
         file.seek(0)
-        super().__init__(path, config, file.read())
+        episodes = _whole_lines(file.read())
+        file.truncate(len(episodes))
+        super().__init__(path, config, episodes)
         self._file = file
 
     def append(self, values: Mapping[str, Json]) -> dict[str, Any]:
-        """Put a job's line on disk; it is there, come what may, when this returns.
-
-        Args:
-            values: What the line holds, its ``index`` first.
+        """Put a job's line, its ``index`` first, on disk; it is there when this returns.
 
         Returns:
             The values as they will be read from the file.
@@ -140,7 +139,7 @@ def load_run(path: Path) -> RunFolder:
         )
     episodes = path / EPISODES
     content = episodes.read_bytes() if episodes.is_file() else b""
-    return RunFolder(path, config, content[: content.rfind(b"\n") + 1])
+    return RunFolder(path, config, _whole_lines(content))
 
 
 @contextmanager
@@ -165,30 +164,43 @@ def open_run(
             with another config or other numerics, or of another study, or another process is
             writing to it, or it cannot be written to.
     """
-    config = json.loads(json.dumps(plan.to_dict()))
+    wanted = json.loads(json.dumps(plan.to_dict()))
     with _locked(path):
         earlier = _read_config(path)
-        if earlier is not None and _study(earlier) != plan.protocol.study:
-            raise InvalidInputError(
-                f"{path} holds a run of another study, {_study(earlier)!r}; choose another --out"
-            )
-        if not resume and earlier is not None and not (path / SUMMARY).exists():
-            raise InvalidInputError(
-                f"{path} holds an unfinished run; continue it with --resume, or choose another "
-                "--out"
-            )
+        if earlier is not None:
+            _check_replaceable(path, earlier, plan, resume)
         origin = Origin.here(plan, numerics())
+        config = origin.into(wanted)
         if resume and earlier is not None:
-            check_resumable(path, earlier, config, origin, accept_numerics)
+            check_resumable(path, earlier, wanted, origin, accept_numerics)
+            config = earlier
         try:
             file = (path / EPISODES).open("a+b")
         except OSError as error:
             raise unwritable(path / EPISODES, error) from error
         with file:
-            if resume and earlier is not None:
-                yield _continued(path, file, earlier, origin)
-            else:
-                yield _begun(path, file, origin.into(config))
+            if config is not earlier:
+                _clear(path, file, plan.protocol.study)
+                # Written last: where there is a config, the other files belong to it.
+                _write_config(path, config)
+            run = OpenRun(path, config, file)
+            joined = run.origin.joined(origin, len(run.finished))
+            if joined != run.origin:  # it goes on with other numerics than it had
+                _write_config(path, joined.into(config))
+                run.origin = joined
+            yield run
+
+
+def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resume: bool) -> None:
+    """Raise InvalidInputError unless the run in a folder may be replaced or go on."""
+    if _study(earlier) != plan.protocol.study:
+        raise InvalidInputError(
+            f"{path} holds a run of another study, {_study(earlier)!r}; choose another --out"
+        )
+    if not resume and not (path / SUMMARY).exists():
+        raise InvalidInputError(
+            f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
+        )
 
 
 @contextmanager
@@ -213,27 +225,13 @@ def _locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _begun(path: Path, file: BinaryIO, config: Mapping[str, Any]) -> OpenRun:
-    """A run whose earlier files are gone."""
-    _clear(path, file, _study(config))
-    # Written last: where there is a config, the other files belong to it.
-    _write_config(path, config)
-    return OpenRun(path, config, file)
-
-
-def _continued(path: Path, file: BinaryIO, config: Mapping[str, Any], now: Origin) -> OpenRun:
-    """A run that goes on, perhaps with other numerics than it had."""
-    _drop_torn_line(file)
-    run = OpenRun(path, config, file)
-    if run.origin.joined(now, len(run.finished)) == run.origin:
-        return run
-    config = run.origin.joined(now, len(run.finished)).into(config)
-    _write_config(path, config)
-    return OpenRun(path, config, file)
-
-
 def _write_config(path: Path, config: Mapping[str, Any]) -> None:
     write_text(path / CONFIG, json.dumps(config, indent=2) + "\n")
+
+
+def _whole_lines(content: bytes) -> bytes:
+    """All up to the last newline: what follows was being written when all ended."""
+    return content[: content.rfind(b"\n") + 1]
 
 
 def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
@@ -245,12 +243,6 @@ def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
             raise InvalidInputError(
                 f"{path}: line {number} is damaged ({line:.40}); delete it and use --resume"
             ) from error
-
-
-def _drop_torn_line(file: BinaryIO) -> None:
-    """Cut off what follows the last newline: an episode that was being written when all ended."""
-    file.seek(0)
-    file.truncate(file.read().rfind(b"\n") + 1)
 
 
 def _clear(path: Path, episodes: BinaryIO, study: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
@@ -57,18 +57,9 @@ class EvaluationRow:
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> EvaluationRow:
         """A row of ``summary.json``."""
-        low, high = row["pc_success_ci95"]
-        return cls(
-            policy=row["policy"],
-            demonstrations=row["demonstrations"],
-            variation=tuple(row["variation"]),
-            n_episodes=row["n_episodes"],
-            n_success=row["n_success"],
-            pc_success=row["pc_success"],
-            pc_success_ci95=(low, high),
-            failures=dict(row["failures"]),
-            n_void=row["n_void"],
-        )
+        values: dict[str, Any] = {one.name: row[one.name] for one in fields(cls)}
+        lists = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
+        return cls(**{**values, **lists})
 
 
 @dataclass(frozen=True)
