@@ -7,14 +7,14 @@ change the solver alone with those of a solver that has converged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
-from dressing_sim.benchmark.records import Json, Protocol
+from dressing_sim.benchmark.records import Protocol
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.run.executors import Workers
-from dressing_sim.benchmark.run.lines import parse_outcome
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
@@ -27,11 +27,10 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     PATHS,
     Setting,
     Trial,
-    TrialJob,
     settings,
     simulate,
 )
-from dressing_sim.benchmark.studies.study import Study
+from dressing_sim.benchmark.studies.study import Calls, Study, Summary
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
@@ -70,81 +69,43 @@ def convergence_plan(
 
 
 @dataclass(frozen=True)
-class Convergence(Study[TrialJob, Trial]):
+class Convergence(Study[Trial, Trial]):
     """Every posture with every path under all settings.
 
     Attributes:
         simulate: What one job does.
     """
 
-    simulate: Callable[[TrialJob, int], Trial] = field(default=simulate)
+    simulate: Callable[..., Trial] = field(default=simulate)
 
-    def jobs(self, plan: Plan) -> Sequence[TrialJob]:
+    result = Trial
+
+    def jobs(self, plan: Plan) -> Sequence[Trial]:
         """The episodes, by setting, path and posture."""
-        places = [
-            (setting, path, posture)
-            for setting in _chosen(plan)
-            for path in PATHS
-            for posture in plan.tested
-        ]
-        return [TrialJob(index, *place) for index, place in enumerate(places)]
+        places = product(_chosen(plan), PATHS, plan.tested)
+        return [Trial(i, s.name, path, arm.name) for i, (s, path, arm) in enumerate(places)]
 
     def calls(
-        self, folder: OpenRun, jobs: Sequence[TrialJob], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., Trial], Iterable[tuple[TrialJob, tuple[Any, ...]]]]:
+        self, folder: OpenRun, jobs: Sequence[Trial], workers: Workers, progress: Progress
+    ) -> Calls[Trial, Trial]:
         """All settings of an episode after one another: their times see the same machine."""
-        n = len(PATHS) * len(folder.plan.tested)
-        order = {posture: number for number, posture in enumerate(folder.plan.tested)}
-        ordered = sorted(
-            jobs,
-            key=lambda job: (order[job.posture], PATHS.index(job.path), job.index // n),
+        plan = folder.plan
+        n = len(plan.tested)
+        configs = {setting.name: setting.config for setting in _chosen(plan)}
+        ordered = sorted(jobs, key=lambda job: (job.index % n, job.index // n % len(PATHS)))
+        return self.simulate, (
+            (job, (job, configs[job.setting], plan.tested[job.index % n], plan.seed))
+            for job in ordered
         )
-        seed = folder.plan.seed
-        arguments = ((job, (job, seed)) for job in ordered)
-        return self.simulate, arguments
-
-    def values(self, plan: Plan, result: Trial) -> dict[str, Json]:
-        """What the line of a trial holds."""
-        return {
-            "index": result.index,
-            "setting": result.setting,
-            "path": result.path,
-            "posture": result.posture,
-            **result.outcome.to_dict(),
-            "seconds": result.seconds,
-            "versions": versions(),
-        }
-
-    def parse(self, plan: Plan, values: Mapping[str, Any]) -> Trial:
-        """The trial of a line."""
-        try:
-            return Trial(
-                values["index"],
-                values["setting"],
-                values["path"],
-                values["posture"],
-                parse_outcome(values),
-                values["seconds"],
-            )
-        except (KeyError, TypeError) as error:
-            raise InvalidInputError(f"not a trial: {values!r:.60} ({error!r})") from error
 
     def summarise(self, folder: RunFolder, results: Sequence[Trial]) -> dict[str, Any]:
         """Every setting against the finest, and the default on trial."""
         plan = folder.plan
         config = {"suite": plan.protocol.suite, "postures": len(plan.tested), "seed": plan.seed}
-        return {
-            **compare(results, _chosen(plan)),
-            "versions": versions(),
-            "config": config,
-        }
+        return {**compare(results, _chosen(plan)), "versions": versions(), "config": config}
 
     def document(
-        self,
-        folder: RunFolder,
-        results: Sequence[Trial],
-        summary: Mapping[str, Any],
-        command: str,
+        self, folder: RunFolder, results: Sequence[Trial], summary: Summary, command: str
     ) -> Document:
         """A table, and the default against the finest."""
         return convergence_document(results, summary, command)
