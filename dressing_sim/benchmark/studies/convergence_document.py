@@ -68,7 +68,7 @@ def convergence_document(
 
     Args:
         trials: Those of the study.
-        summary: As from `dressing_sim.benchmark.studies.convergence_summary.compare`.
+        summary: As from `dressing_sim.benchmark.studies.convergence.compare`.
         command: What was typed to get it.
     """
     differing = summary["differing"]

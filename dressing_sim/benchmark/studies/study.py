@@ -23,7 +23,7 @@ from typing import (
     get_type_hints,
 )
 
-from dressing_sim.benchmark.analysis.episodes import Rate, count
+from dressing_sim.benchmark.analysis.episodes import count
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Json, Outcome
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.report.write import write_report
@@ -46,11 +46,10 @@ from dressing_sim.provenance import versions
 
 
 class HasIndex(Protocol):
-    """Anything with a place in a run."""
+    """Anything with a place in a run, from 0."""
 
     @property
-    def index(self) -> int:
-        """Its place, from 0."""
+    def index(self) -> int: ...
 
 
 JobT = TypeVar("JobT", bound=HasIndex)
@@ -105,11 +104,7 @@ class Study(ABC, Generic[JobT, ResultT]):
         return line_of(result)
 
     def parse(self, plan: Plan, values: Mapping[str, Any]) -> ResultT:
-        """The result of a line.
-
-        Raises:
-            InvalidInputError: The line is damaged.
-        """
+        """The result of a line; an `InvalidInputError` if it is damaged."""
         parsed: ResultT = result_of(self.result, values)
         return parsed
 
@@ -156,8 +151,9 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         plan = folder.plan
         ordered = sorted(jobs, key=lambda job: job.index % len(plan.tested))
         sources = learned_sources(folder, ordered, workers, progress, self.work)
-        arguments = ((job, (sources[learned_by(job)], job, plan.config)) for job in ordered)
-        return self.work.dress, arguments
+        return self.work.dress, (
+            (job, (sources[learned_by(job)], job, plan.config)) for job in ordered
+        )
 
     def values(self, plan: Plan, result: EpisodeResult) -> dict[str, Json]:
         """What the line of an episode holds."""
@@ -172,8 +168,10 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         return job_result(job, job.posture, {}, Outcome(False, invalid=why))
 
     def note(self, results: Sequence[EpisodeResult]) -> str:
-        """The success rate so far."""
-        return told(count(results))
+        """The success rate so far, and how many episodes are void."""
+        rate = count(results)
+        dressed = f"{rate.n_success} of {rate.n} dressed ({rate.percent:.0f} %)" if rate.n else ""
+        return ", ".join(filter(None, [dressed, f"{rate.n_void} void" if rate.n_void else ""]))
 
     def repeat(
         self, folder: RunFolder, job: Job, observer: Observer | None = None
@@ -197,11 +195,7 @@ def line_of(result: Any) -> dict[str, Json]:
 
 
 def result_of(kind: type[ResultT], line: Mapping[str, Any]) -> ResultT:
-    """The inverse of `line_of`.
-
-    Raises:
-        InvalidInputError: The line is damaged.
-    """
+    """The inverse of `line_of`."""
     try:
         values = {name: _value(name, hint, line) for name, hint in get_type_hints(kind).items()}
         return kind(**values)
@@ -219,12 +213,6 @@ def _value(name: str, hint: Any, line: Mapping[str, Any]) -> Any:
         nested = isinstance(inside, type) and is_dataclass(inside)
         return tuple(inside(**one) if nested else one for one in line[name])
     return line[name]
-
-
-def told(rate: Rate) -> str:
-    """A success rate in a few words; nothing where there are no episodes."""
-    dressed = f"{rate.n_success} of {rate.n} dressed ({rate.percent:.0f} %)" if rate.n else ""
-    return ", ".join(filter(None, [dressed, f"{rate.n_void} void" if rate.n_void else ""]))
 
 
 @dataclass(frozen=True)
@@ -275,11 +263,7 @@ def run_study(
 def run_jobs(
     study: Study[JobT, ResultT], folder: OpenRun, workers: Workers, progress: Progress = silent
 ) -> list[ResultT]:
-    """Do what is not yet on disk.
-
-    Returns:
-        One result a job, in the order of the jobs.
-    """
+    """Do what is not yet on disk; one result a job is returned, in the order of the jobs."""
     plan = folder.plan
     jobs = study.jobs(plan)
     missing = [job for job in jobs if job.index not in folder.finished]
