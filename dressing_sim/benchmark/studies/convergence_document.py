@@ -64,13 +64,7 @@ _DIFFERING: Mapping[str, Column] = {
 def convergence_document(
     trials: Sequence[Trial], summary: Mapping[str, Any], command: str
 ) -> Document:
-    """The report.
-
-    Args:
-        trials: Those of the study.
-        summary: As from `dressing_sim.benchmark.studies.convergence.compare`.
-        command: What was typed to get it.
-    """
+    """The report; the summary is as from `dressing_sim.benchmark.studies.convergence.compare`."""
     differing = summary["differing"]
     found = Table(differing_table(differing)) if differing else Paragraph("None.")
     return Document(
