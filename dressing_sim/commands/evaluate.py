@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from dressing_sim.commands.options import (
-    check_positive,
-    command_line,
-    names,
-    resumable,
-)
+from dressing_sim.commands.options import names
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_writable
-from dressing_sim.system import processors
-
-if TYPE_CHECKING:
-    from dressing_sim.benchmark.run.executors import Workers
 
 
 def evaluate(
@@ -70,48 +56,26 @@ def evaluate(
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.studies.evaluate import evaluation_plan, evaluation_study
-    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.commands.studies import carry_out
     from dressing_sim.policies.paper import any_of_the_paper, left_open
 
     if workers is not None and scheduler is not None:
         raise InvalidInputError("--workers and --scheduler exclude each other")
-    check_positive("workers", processors() if workers is None else workers)
     varied = None if variation is None else names(variation)
     plan = evaluation_plan(protocol, suite, policies, varied, seed)
-    study = evaluation_study(plan, pictures)
-    check_writable(out / "report.md")
-    with (
-        resumable(),
-        _workers(workers, scheduler) as crew,
-        show_progress(Console(stderr=True)) as progress,
-    ):
-        finished = run_study(
-            study,
-            plan,
-            crew,
-            out,
-            resume=resume,
-            accept_numerics=accept_numerics,
-            progress=progress,
-            command=command_line(),
-        )
-    if json:
-        print(json_format.dumps(finished.summary, indent=2))
-    else:
-        print_document(finished.document)
-        if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
-            told = f"policies: {left_open()}"
-            print(fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))
-        print(f"written to {out}/: report.md, report.html, summary.json")
-
-
-def _workers(count: int | None, scheduler: str | None) -> Workers:
-    from dressing_sim.benchmark.run.dask_workers import DaskWorkers
-    from dressing_sim.benchmark.run.executors import Processes
-
-    if scheduler is not None:
-        return DaskWorkers(scheduler)
-    return Processes(processors() if count is None else count)
+    remarks = ""
+    if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
+        told = f"policies: {left_open()}"
+        remarks = fill(told, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
+    carry_out(
+        plan,
+        out,
+        study=evaluation_study(plan, pictures),
+        workers=workers,
+        scheduler=scheduler,
+        resume=resume,
+        accept_numerics=accept_numerics,
+        json=json,
+        remarks=remarks,
+    )

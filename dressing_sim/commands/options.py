@@ -1,11 +1,9 @@
-"""What several commands share: their options, films, interruptions, and how results are printed."""
+"""What several commands share: their options, films, and how results are printed."""
 
 from __future__ import annotations
 
-import shlex
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,23 +33,6 @@ def check_seed(value: int) -> None:
 def names(text: str) -> list[str]:
     """The names in a list with commas."""
     return [name.strip() for name in text.split(",")]
-
-
-def command_line() -> str:
-    """What was typed, for reports."""
-    return f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
-
-
-@contextmanager
-def resumable() -> Iterator[None]:
-    """Answer Ctrl-C by saying how the run goes on, with exit code 130."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        command = command_line()
-        again = command if "--resume" in sys.argv else f"{command} --resume"
-        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(130) from None
 
 
 def new_film(video: Path | None, camera: str, fps: int, width: int, height: int) -> Film | None:

@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
 
-from rich.console import Console
-
-from dressing_sim.commands.options import (
-    check_positive,
-    check_seed,
-    command_line,
-    names,
-    resumable,
-)
-from dressing_sim.files import check_writable
-from dressing_sim.system import processors
+from dressing_sim.commands.options import check_positive, check_seed, names
 
 
 def validate(
@@ -54,41 +43,21 @@ def validate(
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.run.executors import Processes
-    from dressing_sim.benchmark.run.progress import show_progress
-    from dressing_sim.benchmark.studies import find_study
     from dressing_sim.benchmark.studies.convergence import convergence_plan
-    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.commands.studies import carry_out
 
-    count = processors() if workers is None else workers
-    check_positive("workers", count)
     check_positive("postures", postures)
     check_seed(seed)
     wanted = None if only is None else [name for name in names(only) if name]
     plan = convergence_plan(suite, postures, wanted, seed)
-    check_writable(out / "report.md")
-    study = find_study(plan.protocol.study)
-    with (
-        resumable(),
-        Processes(count) as crew,
-        show_progress(Console(stderr=True)) as progress,
-    ):
-        finished = run_study(
-            study,
-            plan,
-            crew,
-            out,
-            resume=resume,
-            accept_numerics=accept_numerics,
-            progress=progress,
-            command=command_line(),
-        )
-    if json:
-        print(json_format.dumps(finished.summary, indent=2))
-    else:
-        print_document(finished.document)
-        files = "report.md, report.html, convergence.svg, summary.json, episodes.jsonl"
-        print(f"written to {out}/: {files}")
-    if not finished.summary["passed"]:
+    summary = carry_out(
+        plan,
+        out,
+        workers=workers,
+        resume=resume,
+        accept_numerics=accept_numerics,
+        json=json,
+        files="report.md, report.html, convergence.svg, summary.json, episodes.jsonl",
+    )
+    if not summary["passed"]:
         raise SystemExit(1)

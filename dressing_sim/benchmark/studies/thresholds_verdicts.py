@@ -6,8 +6,9 @@ one threshold changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, replace
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -57,21 +58,17 @@ def scaled(rules: Thresholds, name: str, factor: float) -> Thresholds:
 
 def variants(rules: Thresholds) -> Iterator[tuple[str, float, Thresholds]]:
     """Each threshold, each factor, and the rules with this one changed."""
-    for name in NAMES:
-        for factor in FACTORS:
-            yield name, factor, scaled(rules, name, factor)
+    for name, factor in product(NAMES, FACTORS):
+        yield name, factor, scaled(rules, name, factor)
 
 
 class StrainReader:
-    """An observer of an episode that reads strain at several percentiles of the cloth's area.
+    """An observer of an episode that reads strain at several percentiles of the cloth's area [%].
 
     A trace holds strain at one percentile only.
-
-    Args:
-        percentiles: Which ones [%].
     """
 
-    def __init__(self, percentiles: Sequence[float]) -> None:
+    def __init__(self, percentiles: Iterable[float]) -> None:
         self._percentiles = tuple(dict.fromkeys(percentiles))
         self._gauge: StrainGauge | None = None
         self._rows: list[list[float]] = []
@@ -132,7 +129,7 @@ def dress_and_judge(
     """Run one episode; it carries the verdicts under every variant of the rules."""
     posture, varied, drawn = job.situation(config)
     rules = varied.thresholds
-    reader = StrainReader([variant.strain_percentile for *_, variant in variants(rules)])
+    reader = StrainReader(variant.strain_percentile for *_, variant in variants(rules))
 
     def observe(world: World) -> None:
         reader(world)

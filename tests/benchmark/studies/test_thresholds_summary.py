@@ -16,7 +16,7 @@ from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import STUDIES
-from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy, summarise
 from dressing_sim.benchmark.studies.thresholds_document import (
     headline,
     sensitivity_plot,
@@ -24,7 +24,6 @@ from dressing_sim.benchmark.studies.thresholds_document import (
     thresholds_document,
     turned_table,
 )
-from dressing_sim.benchmark.studies.thresholds_summary import summarise
 from dressing_sim.benchmark.studies.thresholds_verdicts import (
     FACTORS,
     NAMES,
