@@ -1,6 +1,7 @@
 """Small changes of Python code: one operator, comparison, number, condition or statement each.
 
-Docstrings, annotations, texts, decorators, assertions and what is raised stay as they are.
+Docstrings, annotations, texts, decorators, assertions (zip is strict by one) and what is raised
+stay as they are.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ def mutants(path: Path) -> list[Mutant]:
     found: list[Mutant] = []
 
     def visit(node: ast.AST) -> None:
-        if isinstance(node, KEPT):
+        if isinstance(node, KEPT) or (isinstance(node, ast.keyword) and node.arg == "strict"):
             return
         if isinstance(node, ast.expr | ast.stmt):
             begin = starts[node.lineno - 1] + node.col_offset
