@@ -1,7 +1,7 @@
 """Small changes of Python code: one operator, comparison, number, condition or statement each.
 
-Docstrings, annotations, texts, decorators, assertions (zip is strict by one) and what is raised
-stay as they are.
+Docstrings, annotations, texts, decorators, assertions and what is raised stay as they are; so does
+``strict=`` of zip, which is an assertion.
 """
 
 from __future__ import annotations

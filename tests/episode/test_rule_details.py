@@ -101,6 +101,15 @@ def test_a_gripper_that_stopped_short_says_how_far_away_it_is_and_whether_below(
     assert level.detail == "the gripper ended 0.100 m from the shoulder, below it"
 
 
+@pytest.mark.parametrize(("rows", "held"), [(0.0, 1), (0.4, 1), (1.0, 1), (1.6, 2), (7.0, 7)])
+def test_as_many_rows_are_held_as_the_hold_time_has_and_one_at_least(rows, held):
+    rules = replace(RULES, hold_time=rows * DT)
+    trace = changed("wound", -held, False)
+    assert margin("ring_off", trace, True, rules) == pytest.approx(-1.0 / held)
+    trace = changed("wound", -held - 1, False)
+    assert margin("ring_off", trace, True, rules) == 0.0
+
+
 def test_a_trace_shorter_than_the_hold_time_is_held_as_a_whole():
     trace = good()[-5:]
     trace.wound[0] = False
