@@ -147,3 +147,21 @@ def test_a_time_based_model_counts_time_once_in_its_criterion():
     expected = -2 * model.log_likelihood(demonstrations)
     expected += n_parameters(3, 2, 4, 1) * np.log(240)
     assert bic(model, demonstrations) == pytest.approx(expected)
+
+
+def test_the_defaults_of_the_dirichlet_process():
+    model, demonstrations = TPGMM(1, floor=1e-3), reaching_demonstrations(2, samples=40)
+    plain = choose_by_dirichlet_process(model, demonstrations)
+    said = choose_by_dirichlet_process(
+        model,
+        demonstrations,
+        max_components=15,
+        concentration=1.0,
+        max_steps=500,
+        tolerance=1e-4,
+    )
+    assert len(plain.weights) == 15
+    assert plain.n_steps == said.n_steps > 1
+    np.testing.assert_array_equal(plain.weights, said.weights)
+    assert plain.converged
+    assert choose_by_dirichlet_process(model, demonstrations, max_components=1).n_components == 1
