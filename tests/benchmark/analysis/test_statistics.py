@@ -355,3 +355,14 @@ def test_the_scale_of_a_probability_is_that_of_a_difference():
         "probability_of_improvement": pytest.approx(0.65),
         "probability_of_improvement_ci95": [0.25, 0.875],
     }
+
+
+def test_intervals_are_of_ten_thousand_samples_unless_asked_for_others():
+    a, b = row([1, 1, 0, 1, 0, 0, 1, 1], 3), row([0, 1, 1, 0, 0, 1, 0, 0], 3)
+    sources = rng(1), rng(1), rng(1), rng(1)
+    one, other = compare(a, b, sources[0]), compare(a, b, sources[1], 10_000)
+    assert one.interval == other.interval
+    one, other = contrast((a, b), (1, -1), sources[2]), contrast((a, b), (1, -1), sources[3])
+    assert one == other
+    # Each has drawn as much of its source as the others.
+    assert len({str(source.bit_generator.state) for source in sources}) == 1
