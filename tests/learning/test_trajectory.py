@@ -338,3 +338,16 @@ def test_a_refit_starts_from_the_mixture_or_afresh(policy, warm):
     fresh.dt = policy.dt
     fresh.fit(others, policy.model.fitted() if warm else None)
     np.testing.assert_array_equal(refitted.means, fresh.fitted().means)
+
+
+def test_one_frame_is_enough():
+    demonstrations = [
+        SyntheticDemonstration(d.positions, d.dt, d.frames[1:]) for d in reaching_demonstrations(3)
+    ]
+    policy = TrajectoryTPGMM().fit(demonstrations)
+    frames = demonstrations[0].frames
+    path = policy.generate(frames, demonstrations[0].positions[0])
+    assert np.linalg.norm(path[-1] - frames[0].b) < 0.1
+    assert policy.cost(demonstrations) < 0.1
+    with pytest.raises(InvalidInputError, match="start must be 3"):
+        policy.generate(frames, np.zeros(4))
