@@ -93,7 +93,7 @@ def steady_demonstrate(plan_seed, posture, number, config):
     return Demonstration(path, 0.02, posture, seed, np.zeros((len(path), 7)))
 
 
-def fake_fit(folder, name, seed, demonstrations):
+def fake_fit(folder, name, seed, demonstrations, limits, log):
     obey(folder, f"policy-{name}")
     return FakePolicy(name, seed, demonstrations)
 

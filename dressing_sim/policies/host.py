@@ -117,6 +117,10 @@ class Host:
                 "no process can be started for a policy; is there enough memory?"
             )
 
+    def __del__(self) -> None:
+        if not sys.is_finalizing():  # else Python ends its children itself
+            self.close()
+
     def close(self) -> None:
         """End the process, and those that it started."""
         if self._process is None:
@@ -199,15 +203,14 @@ class _Server:
 
     def describe(self, name: str) -> Mapping[str, Any]:
         """What there is to know of a policy before it learns."""
-        from dressing_sim.policies.registry import make_policy, policy_sources, policy_version
+        from dressing_sim.policies.registry import make_policy, policy_origin
 
         policy = make_policy(name)
         return {
             "inputs": inputs_of(policy),
             "stream": getattr(policy, "stream", type(policy).__qualname__),
             "acts": callable(getattr(policy, "act", None)),
-            "source": policy_sources([name]),
-            "version": policy_version(name),
+            "origin": policy_origin(name),
         }
 
     def fit(self, name: str, seed: int, demonstrations: Any) -> tuple[bytes, Any]:

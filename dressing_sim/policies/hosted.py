@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path as File
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import PolicyError
 from dressing_sim.inputs import fit
-from dressing_sim.learning import DemonstrationLike, Situation
+from dressing_sim.learning import DemonstrationLike, Policy, Situation
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.path import Path, checked_path, takes_seed
 from dressing_sim.policies.host import Host, PolicyLimits, described_error
@@ -64,9 +64,7 @@ class Hosted:
         fitted, dt = self._host().ask(self.limits.fit_time, "fit", *arguments)
         return replace(self, fitted=fitted, dt=dt)
 
-    def generate(
-        self, frames: Situation | Posture, start: NDArray[np.float64], seed: int = 0
-    ) -> Path:
+    def generate(self, frames: Situation | Posture, start: ArrayLike, seed: int = 0) -> Path:
         """A path for a situation.
 
         Raises:
@@ -119,9 +117,7 @@ class Guarded:
         self._policy = _answered(lambda: fit(self._policy, demonstrations))
         return self
 
-    def generate(
-        self, frames: Situation | Posture, start: NDArray[np.float64], seed: int = 0
-    ) -> Path:
+    def generate(self, frames: Situation | Posture, start: ArrayLike, seed: int = 0) -> Path:
         """A path for a situation."""
         own = {"seed": seed} if takes_seed(self._policy.generate) else {}
         return _answered(lambda: checked_path(self._policy.generate(frames, start, **own), "it"))
@@ -148,9 +144,48 @@ def _answered(call: Callable[[], T]) -> T:
         raise PolicyError(described_error(error)) from error
 
 
+class Unfit:
+    """What is left of a policy that could not learn: whatever it is asked for, it says why.
+
+    Args:
+        name: As it was asked for.
+        why: What went wrong.
+    """
+
+    inputs: Inputs = "frames"
+
+    def __init__(self, name: str, why: str) -> None:
+        self.name = name
+        self._why = why
+
+    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Unfit:
+        """No more than before."""
+        return self
+
+    def generate(self, frames: Situation | Posture, start: ArrayLike) -> Path:
+        """Raises PolicyError."""
+        raise PolicyError(self._why)
+
+
+@cache
+def _described(name: str, limits: PolicyLimits) -> Mapping[str, Any]:
+    """What a policy of other people says of itself before it learns."""
+    host = Host(limits)
+    try:
+        found: Mapping[str, Any] = host.ask(limits.fit_time, "describe", name)
+        return found
+    finally:
+        host.close()
+
+
+def is_ours(name: str) -> bool:
+    """Whether a policy of this name, perhaps with hyper-parameters, comes with this package."""
+    return split_name(known_name(name))[0] in built_in()
+
+
 def hosted_policy(
     name: str, seed: int = 0, limits: PolicyLimits | None = None, log: File | None = None
-) -> Hosted | Guarded:
+) -> Policy:
     """A new policy by its name, not yet fitted, that raises `PolicyError` and nothing else.
 
     Args:
@@ -162,11 +197,24 @@ def hosted_policy(
     Raises:
         InvalidInputError: There is no such policy or hyper-parameter, or it is none.
     """
-    stem, _ = split_name(known_name(name))
-    if stem in built_in():
+    if is_ours(name):
         policy = make_policy(name, seed)
         return (GuardedActor if callable(getattr(policy, "act", None)) else Guarded)(name, policy)
     chosen = limits or PolicyLimits()
-    found = _host(chosen, log).ask(chosen.fit_time, "describe", name)
+    found = _described(name, chosen)
     kind = HostedActor if found["acts"] else Hosted
     return kind(name, seed, found["inputs"], found["stream"], chosen, log)
+
+
+def policy_origins(
+    names: Iterable[str], limits: PolicyLimits | None = None
+) -> dict[str, Mapping[str, str | None]]:
+    """Where other people's policies among names of policies come from.
+
+    Returns:
+        By name without hyper-parameters: ``{"sha256": ..., "version": ...}``, the hash of its
+        source and the version of its distribution, None where it has none.
+    """
+    chosen = limits or PolicyLimits()
+    theirs = {split_name(known_name(name))[0]: name for name in names if not is_ours(name)}
+    return {stem: _described(name, chosen)["origin"] for stem, name in theirs.items()}

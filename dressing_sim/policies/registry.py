@@ -5,7 +5,7 @@ A policy of this package is one file in its folder, with ``POLICIES``: configura
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points, packages_distributions, version
@@ -108,18 +108,11 @@ def _made(factory: Callable[..., object], text: str | None, seed: int) -> object
     return made.make(seed) if isinstance(made, PolicyConfig) else made
 
 
-def policy_sources(names: Iterable[str]) -> dict[str, str]:
-    """Hashes of the source of other people's policies among names of policies, by name."""
-    stems = dict.fromkeys(split_name(known_name(name))[0] for name in names)
-    hashes = {stem: source_hash(_find(stem)) for stem in stems if stem not in built_in()}
-    return {stem: digest for stem, digest in hashes.items() if digest is not None}
-
-
-def policy_version(name: str) -> str | None:
-    """Version of the distribution that other people's policy comes from; None if from none."""
-    package = _find(split_name(known_name(name))[0]).__module__.partition(".")[0]
-    providers = packages_distributions().get(package, ())
-    return version(providers[0]) if providers else None
+def policy_origin(name: str) -> dict[str, str | None]:
+    """Hash of the source of other people's policy, and version of the distribution it is from."""
+    found = _find(split_name(known_name(name))[0])
+    providers = packages_distributions().get(found.__module__.partition(".")[0], ())
+    return {"sha256": source_hash(found), "version": version(providers[0]) if providers else None}
 
 
 def _find(name: str) -> type:

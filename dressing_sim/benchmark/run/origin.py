@@ -11,7 +11,7 @@ from dressing_sim.benchmark.run.agreement import differences
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import unlike
-from dressing_sim.policies.registry import policy_sources
+from dressing_sim.policies.hosted import policy_origins
 from dressing_sim.provenance import provenance, versions
 
 #: In the config of a run.
@@ -41,7 +41,8 @@ class Origin:
     @classmethod
     def here(cls, plan: Plan, numerics: Mapping[str, str]) -> Self:
         """Of a run that begins now, on workers with these numerics."""
-        sources = policy_sources(entry.policy for entry in plan.protocol.entries)
+        names = (entry.policy for entry in plan.protocol.entries)
+        sources = policy_origins(names, plan.policy_limits)
         return cls({**provenance(sources), "numerics": dict(numerics)}, versions())
 
     @property

@@ -13,7 +13,9 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.inputs import inputs_of
-from dressing_sim.policies.registry import learns, make_policy
+from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.policies.hosted import hosted_policy
+from dressing_sim.policies.registry import learns
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
 from dressing_sim.suites.suites import demonstration_postures, load_suite
@@ -57,6 +59,7 @@ class Plan:
         tested: Test postures.
         demonstrated: Postures to demonstrate on, by the name that entries use.
         options: What the study alone needs to know, plain values.
+        policy_limits: What other people's policies may use.
     """
 
     protocol: Protocol
@@ -65,6 +68,7 @@ class Plan:
     tested: tuple[Posture, ...]
     demonstrated: Mapping[str, tuple[Posture, ...]]
     options: Mapping[str, Json] = field(default_factory=dict)
+    policy_limits: PolicyLimits = field(default_factory=PolicyLimits)
 
     @property
     def jobs(self) -> list[Job]:
@@ -100,6 +104,7 @@ class Plan:
                 for name, postures in self.demonstrated.items()
             },
             "options": dict(self.options),
+            "policy_limits": to_plain(self.policy_limits),
             "versions": versions(),
         }
 
@@ -118,6 +123,7 @@ class Plan:
                     for name, postures in values["demonstrated"].items()
                 },
                 options=dict(values["options"]),
+                policy_limits=from_plain(PolicyLimits, values.get("policy_limits", {})),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInputError(f"config of a run: missing or damaged ({error})") from error
@@ -128,6 +134,7 @@ def make_plan(
     seed: int = 0,
     config: EpisodeConfig | None = None,
     options: Mapping[str, Json] | None = None,
+    policy_limits: PolicyLimits | None = None,
 ) -> Plan:
     """Look up everything that a protocol names, so that mistakes show before anything runs.
 
@@ -139,7 +146,8 @@ def make_plan(
     entries = []
     for entry in protocol.entries:
         check_factors(entry.variation)
-        entries.append(replace(entry, inputs=inputs_of(make_policy(entry.policy))))
+        policy = hosted_policy(entry.policy, limits=policy_limits)
+        entries.append(replace(entry, inputs=inputs_of(policy)))
         if learns(entry.policy) and entry.demonstrations is None:
             raise InvalidInputError(
                 f"protocol {protocol.name!r}: policy {entry.policy!r} has nothing to learn "
@@ -154,6 +162,7 @@ def make_plan(
         tuple(load_suite(protocol.suite)),
         {name: tuple(demonstration_postures(name)) for name in suites},
         options or {},
+        policy_limits or PolicyLimits(),
     )
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Json
@@ -17,11 +20,13 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import DemonstrationFailed, demonstrate, record
+from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import Observer
-from dressing_sim.errors import DressingSimError
-from dressing_sim.inputs import fit
+from dressing_sim.episode.rules import UNANSWERED
+from dressing_sim.errors import DressingSimError, PolicyError
 from dressing_sim.learning import Policy
-from dressing_sim.policies.registry import make_policy
+from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.policies.hosted import Unfit, hosted_policy
 
 T = TypeVar("T")
 
@@ -54,9 +59,18 @@ def record_demonstration(
     )
 
 
-def fit_policy(name: str, seed: int, demonstrations: Sequence[Demonstration]) -> Policy:
-    """A policy that has learned."""
-    return fit(make_policy(name, seed), demonstrations)
+def fit_policy(
+    name: str,
+    seed: int,
+    demonstrations: Sequence[Demonstration],
+    limits: PolicyLimits | None = None,
+    log: Path | None = None,
+) -> Policy:
+    """A policy that has learned, or one that says in each episode why it could not."""
+    try:
+        return hosted_policy(name, seed, limits, log).fit(demonstrations)
+    except PolicyError as error:
+        return Unfit(name, str(error))
 
 
 def dress_job(
@@ -64,8 +78,23 @@ def dress_job(
 ) -> EpisodeResult:
     """Run one episode."""
     posture, varied, drawn = job.situation(config)
-    outcome = record(source, posture, job.seed, varied, observer).outcome
-    return job_result(job, posture, drawn, outcome)
+    recording = record_answer(source, posture, job.seed, varied, observer)
+    return job_result(job, posture, drawn, recording.outcome)
+
+
+def record_answer(
+    source: Policy,
+    posture: Posture,
+    seed: int,
+    config: EpisodeConfig,
+    observer: Observer | None = None,
+) -> Recording:
+    """As `record`; a policy that gives no answer has failed."""
+    try:
+        return record(source, posture, seed, config, observer)
+    except PolicyError as error:
+        outcome = Outcome(False, (UNANSWERED.unanswered(str(error)),))
+        return Recording(outcome, None, None, np.empty((0, 3)))
 
 
 def job_result(
@@ -86,7 +115,7 @@ class Work:
     """What workers are asked to do; functions of modules, as other processes must find them."""
 
     demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
-    fit: Callable[[str, int, Sequence[Demonstration]], Policy] = fit_policy
+    fit: Callable[..., Policy] = fit_policy  # as `fit_policy`
     dress: Callable[..., EpisodeResult] = dress_job  # as `dress_job`
 
 
@@ -162,10 +191,11 @@ def learned_sources(
     for job in jobs:
         key = policy, demonstrations, number = learned_by(job)
         if demonstrations is None:
-            sources[key] = make_policy(policy)
+            sources[key] = hosted_policy(policy)
         else:
             seed = fitting_seed(folder.plan.seed, job.entry, number)
-            calls[key] = policy, seed, recorded[demonstrations, number]
+            limits = folder.plan.policy_limits
+            calls[key] = policy, seed, recorded[demonstrations, number], limits, folder.policy_log
     if calls:
         progress("policies", 0, len(calls), "")
     for done, (key, future) in enumerate(completed(workers, work.fit, calls.items()), start=1):
@@ -178,11 +208,12 @@ def learned_source(folder: RunFolder, job: Job, work: Work | None = None) -> Pol
     """What dresses in a job of a run: the operator, or the policy as it was, learned again."""
     suite, number = job.entry.demonstrations, job.demonstration_set
     if suite is None:
-        return make_policy(job.entry.policy)
+        return hosted_policy(job.entry.policy)
     postures = folder.plan.demonstrated[suite]
     demonstrations = [folder.load_demonstration(posture, number) for posture in postures]
     seed = fitting_seed(folder.plan.seed, job.entry, number)
-    return (work or Work()).fit(job.entry.policy, seed, demonstrations)
+    limits, fit = folder.plan.policy_limits, (work or Work()).fit
+    return fit(job.entry.policy, seed, demonstrations, limits, folder.policy_log)
 
 
 def _value(future: Future[T], doing: str) -> T:

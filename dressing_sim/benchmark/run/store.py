@@ -22,7 +22,7 @@ from dressing_sim.numerics import numerics as this_numerics
 from dressing_sim.system import lock_file
 
 CONFIG, EPISODES, SUMMARY = "config.json", "episodes.jsonl", "summary.json"
-DEMONSTRATIONS = "demonstrations"
+DEMONSTRATIONS, POLICY_LOG = "demonstrations", "policies.log"
 
 #: A file that is locked while a run goes on; the others are replaced as they are written.
 _LOCK = ".lock"
@@ -69,6 +69,11 @@ class RunFolder:
             )
         values: dict[str, Any] = json.loads(self._lines[index])
         return values
+
+    @property
+    def policy_log(self) -> Path:
+        """Where what other people's policies print goes."""
+        return self.path.absolute() / POLICY_LOG
 
     def demonstration_file(self, posture: Posture, demonstration_set: int) -> Path:
         """Where the demonstration on a posture is kept."""
@@ -247,7 +252,7 @@ def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
 
 def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
     """Remove an earlier run of a study, its config first; a plot's name begins with the study's."""
-    stale = [path / name for name in (CONFIG, SUMMARY, "report.md", "report.html")]
+    stale = [path / name for name in (CONFIG, SUMMARY, POLICY_LOG, "report.md", "report.html")]
     stale += [plot for plot in path.glob("*.svg") if plot.name.startswith(study)]
     stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
     for file in stale:

@@ -99,6 +99,7 @@ def success_document(
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
         Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
         Section("The hardest postures", tuple(_hardest(folder, episodes, pictures or Pictures()))),
+        _folded("Policies that gave no answer", tables.unanswered_table(episodes)),
         _folded("Success by demonstration set", tables.sets_table(summary)),
         _folded("Void episodes, counted neither way", tables.void_table(episodes)),
         Section(listed, (Table(cells),), folded=True),

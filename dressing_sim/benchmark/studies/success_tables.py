@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, TypeVar
 
@@ -12,6 +13,7 @@ from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, EpisodeResult, in_order
 from dressing_sim.benchmark.report.document import Cells, Column, percent, tabulate
 from dressing_sim.episode.metrics import METRICS
+from dressing_sim.episode.rules import UNANSWERED
 
 #: With more episodes than this a report lists postures instead.
 MOST_EPISODES_LISTED = 60
@@ -207,6 +209,18 @@ def hardest_table(found: Sequence[HardPosture], command: Callable[[EpisodeResult
 def void_table(episodes: EpisodeTable) -> Cells:
     """Episodes that count neither way; the heading alone where there are none."""
     return tabulate(episodes.where(~episodes.valid).results, _VOID)
+
+
+def unanswered_table(episodes: EpisodeTable) -> Cells:
+    """What policies said that gave no answer, by row; the heading alone where all answered."""
+    said = Counter(
+        (result.entry.label, failure.detail)
+        for result in episodes.results
+        for failure in result.outcome.failures
+        if failure.reason == UNANSWERED.name
+    )
+    body = [[label, str(n), detail] for (label, detail), n in said.items()]
+    return [["row", "episodes", "what happened"], *body]
 
 
 def listing(episodes: EpisodeTable) -> tuple[str, Cells]:

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.plan import Job
-from dressing_sim.benchmark.run.runner import job_result
+from dressing_sim.benchmark.run.runner import job_result, record_answer
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.judge import judge, stopped
-from dressing_sim.episode.record import record
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import Observer
 from dressing_sim.episode.thresholds import Thresholds
@@ -136,7 +135,7 @@ def dress_and_judge(
         if observer is not None:
             observer(world)
 
-    recording = record(source, posture, job.seed, varied, observe)
+    recording = record_answer(source, posture, job.seed, varied, observe)
     extra = {}
     if recording.outcome.invalid is None:
         extra = {VERDICTS: verdicts(recording, posture.shoulder, rules, reader.columns)}
