@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path as File
 from typing import Any, TypeVar
 
@@ -167,15 +167,10 @@ class Unfit:
         raise PolicyError(self._why)
 
 
-@cache
 def _described(name: str, limits: PolicyLimits) -> Mapping[str, Any]:
     """What a policy of other people says of itself before it learns."""
-    host = Host(limits)
-    try:
-        found: Mapping[str, Any] = host.ask(limits.fit_time, "describe", name)
-        return found
-    finally:
-        host.close()
+    found: Mapping[str, Any] = _host(limits, None).ask(limits.fit_time, "describe", name)
+    return found
 
 
 def is_ours(name: str) -> bool:
