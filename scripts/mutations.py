@@ -69,10 +69,11 @@ def changes(node: ast.AST) -> Iterator[str]:
             yield str(not value)
         case ast.Constant(int() | float() as value):
             yield from (f"({value + 1})", f"({value - 1})")
-        case ast.Name(name):
-            yield from others(name)
-        case ast.Attribute(value, name):
-            yield from (f"{ast.unparse(value)}.{new}" for new in others(name))
+        case ast.Call(ast.Name(name), arguments, keywords):
+            for new in others(name):
+                yield ast.unparse(ast.Call(ast.Name(new), arguments, keywords))
+        case ast.Attribute(ast.Name("np"), name):
+            yield from (f"np.{new}" for new in others(name))
         case ast.Break() | ast.Continue():
             yield "continue" if isinstance(node, ast.Break) else "break"
         case ast.Expr(ast.Call()) | ast.Assign([ast.Subscript() | ast.Attribute()]):

@@ -133,6 +133,6 @@ def test_the_edges_of_the_settings_are_allowed_and_nan_is_not():
 def test_a_refit_starts_from_the_mixture_or_afresh(warm):
     policy = TimeTPGMM(4).fit(reaching_demonstrations(3))
     others = reaching_demonstrations(3, seed=5)
-    refitted = policy.refit(others, warm).model.fitted()
+    refitted = (policy.refit(others) if warm else policy.refit(others, False)).model.fitted()
     model = TimeTPGMM(4).model.fit(others, policy.model.fitted() if warm else None)
     np.testing.assert_array_equal(refitted.means, model.fitted().means)

@@ -333,7 +333,7 @@ def test_it_does_not_end_before_half_of_the_shortest_demonstration():
 @pytest.mark.parametrize("warm", [True, False])
 def test_a_refit_starts_from_the_mixture_or_afresh(policy, warm):
     others = reaching_demonstrations(3, seed=7)
-    refitted = policy.refit(others, warm).model.fitted()
+    refitted = (policy.refit(others) if warm else policy.refit(others, False)).model.fitted()
     fresh = TrajectoryTPGMM().model
     fresh.dt = policy.dt
     fresh.fit(others, policy.model.fitted() if warm else None)

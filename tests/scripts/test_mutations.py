@@ -42,7 +42,7 @@ def test_what_may_change_changes_and_texts_do_not(file):
         (7, "x += 3 * n -> pass"),
         (7, "3 * n -> (3 / n)"),
         (8, "continue -> break"),
-        (9, "max -> min"),
+        (9, "max(x, -n) -> min(x, -n)"),
         (9, "-n -> (n)"),
         (9, "max(x, -n) @ x -> (x @ max(x, -n))"),
     ):
