@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dressing_sim.commands.options import check_seed, new_film, print_outcome
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.files import is_file
 
 if TYPE_CHECKING:
@@ -61,8 +61,11 @@ def dress(
     check_seed(seed)
     config = EpisodeConfig()
     film = new_film(video, camera, fps, width, height)
-    source = _source(policy, demonstrations, seed)
-    outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
+    try:
+        source = _source(policy, demonstrations, seed)
+        outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
+    except PolicyError as error:
+        raise PolicyError(f"policy {policy!r} gave no answer: {error}") from error
     if json:
         print(
             json_format.dumps(
@@ -80,10 +83,10 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
     """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
-    from dressing_sim.inputs import fit
     from dressing_sim.learning import Policy
     from dressing_sim.learning.storage import load_model
-    from dressing_sim.policies.registry import known_name, learns, make_policy
+    from dressing_sim.policies.hosted import hosted_policy
+    from dressing_sim.policies.registry import known_name, learns
 
     if is_file(policy):
         loaded = load_model(policy)
@@ -92,7 +95,7 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
         return loaded
     name = known_name(policy)
     try:
-        fresh = make_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
+        fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
     except InvalidInputError as error:
         if not str(error).startswith("unknown policy"):
             raise
@@ -100,7 +103,7 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
             f"policy {policy!r}: no such file, and {error}, or a file written by 'dressing-sim "
             "learn'"
         ) from error
-    return fit(fresh, _recorded(demonstrations, seed)) if learns(name) else fresh
+    return fresh.fit(_recorded(demonstrations, seed)) if learns(name) else fresh
 
 
 def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:

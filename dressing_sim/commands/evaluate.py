@@ -20,6 +20,7 @@ def evaluate(
     out: Path = Path("results/evaluate"),
     resume: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     pictures: bool = True,
     json: bool = False,
 ) -> None:
@@ -53,6 +54,8 @@ def evaluate(
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
@@ -76,6 +79,7 @@ def evaluate(
         scheduler=scheduler,
         resume=resume,
         accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
         json=json,
         remarks=remarks,
     )

@@ -31,11 +31,14 @@ def learn(
     from dressing_sim.episode.demonstration import load_demonstrations
     from dressing_sim.inputs import fit
     from dressing_sim.learning.storage import Storable, save_model
+    from dressing_sim.policies.hosted import hosted_policy, is_ours
     from dressing_sim.policies.registry import make_policy
 
-    fresh = make_policy(policy)
+    fresh = make_policy(policy) if is_ours(policy) else hosted_policy(policy)
     if not isinstance(fresh, Storable):
-        raise InvalidInputError(f"policy {policy!r} cannot be saved; valid is one with state()")
+        raise InvalidInputError(
+            f"policy {policy!r} cannot be saved; valid is a policy of this package that learns"
+        )
     recorded = load_demonstrations(demonstrations)
     fit(fresh, recorded)
     save_model(fresh, out)

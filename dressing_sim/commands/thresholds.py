@@ -16,6 +16,7 @@ def thresholds(
     out: Path = Path("results/thresholds"),
     resume: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     json: bool = False,
 ) -> None:
     """Measure how success rates, and the ranking of policies, hang on each threshold of success.
@@ -38,6 +39,8 @@ def thresholds(
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.thresholds import PROTOCOL, thresholds_plan
@@ -53,6 +56,7 @@ def thresholds(
         workers=workers,
         resume=resume,
         accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
         json=json,
         files="report.md, report.html, thresholds.svg, summary.json",
     )

@@ -16,6 +16,7 @@ def validate(
     out: Path = Path("results/validate"),
     resume: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     json: bool = False,
 ) -> None:
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
@@ -41,6 +42,8 @@ def validate(
         out: folder for the results; a finished run in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.convergence import convergence_plan
@@ -56,6 +59,7 @@ def validate(
         workers=workers,
         resume=resume,
         accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
         json=json,
         files="report.md, report.html, convergence.svg, summary.json, episodes.jsonl",
     )

@@ -61,7 +61,7 @@ class Host:
 
     Args:
         limits: What a policy may use.
-        log: File for what it prints; it prints nowhere without one.
+        log: File for what it prints; without one that goes to standard error.
     """
 
     def __init__(self, limits: PolicyLimits | None = None, log: Path | None = None) -> None:
@@ -162,7 +162,7 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
 
 def _print_to(log: Path | None) -> None:
     try:
-        file = os.open(log or os.devnull, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        file = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666) if log else os.dup(2)
     except OSError:  # a log is not worth a policy
         file = os.open(os.devnull, os.O_WRONLY)
     null = os.open(os.devnull, os.O_RDONLY)

@@ -18,23 +18,20 @@ from rule_traces import (
     good,
 )
 
+from dressing_sim.episode.judge import ProtectiveStop, judge, margins, stopped
 from dressing_sim.episode.outcome import Failure, Outcome
-from dressing_sim.episode.rules import (
-    REASONS,
-    UNREACHABLE,
-    ProtectiveStop,
-    Rule,
-    count_reasons,
-    in_order,
-    judge,
-    margins,
-    rule_colour,
-    stopped,
-)
+from dressing_sim.episode.rule import Evidence, Rule
+from dressing_sim.episode.rules import REASONS, UNREACHABLE, count_reasons, in_order, rule_colour
+from dressing_sim.episode.thresholds import Thresholds
+
+#: Pull at which the fingers lose the cloth [N].
+GRIP = 42.0
 
 
 def margin(name, trace, finished=True, thresholds=None):
-    return margins(trace, SHOULDER, finished, thresholds)[name]
+    time_left = 0.0 if finished else -1.0
+    evidence = Evidence(trace, SHOULDER, time_left, thresholds or Thresholds(), GRIP)
+    return margins(evidence)[name]
 
 
 def failure(trace, reason, finished=True, thresholds=None):
@@ -47,9 +44,10 @@ def test_a_rule_that_says_nothing_ends_nothing_and_has_no_verdict():
     assert (rule.ends, rule.colour, rule.unit, rule.thresholds) == (False, "#999999", "-", ())
     assert rule.exceeded(next(iter(trace.limited())), RULES) == ()
     assert rule.patience(RULES) == 0.0
-    for asked in (judge, margins):
-        with pytest.raises(NotImplementedError, match="rule ''"):
-            asked(trace, SHOULDER, True, None, (rule,))
+    with pytest.raises(NotImplementedError, match="rule ''"):
+        judge(trace, SHOULDER, True, None, (rule,))
+    with pytest.raises(NotImplementedError, match="rule ''"):
+        margins(Evidence(trace, SHOULDER), (rule,))
 
 
 def test_a_path_out_of_reach_fails_before_any_trace():
@@ -203,7 +201,7 @@ def test_the_hardest_hit_is_the_margin_and_comes_first():
         "2.0 N and panda_hand touched the upper arm with 2.0 N"
     )
     assert (found.where, found.time) == ("forearm", pytest.approx(51 * DT))
-    assert margin("hit", trace) == -5.0
+    assert margin("hit", trace) == -1e-9  # how deep it went is not known of a trace alone
     assert margin("hit", changed("hit_by", (50, 1), 0)) == -1e-9
     trace = good()
     trace.hit_force[50, 1] = 3.0  # nothing of the robot's
@@ -217,7 +215,9 @@ def test_a_lost_grasp_says_how_hard_the_pull_was_and_where():
     found = failure(trace, "grasp_lost")
     assert found.detail == "the cloth slipped from the fingers at 6.2 N"
     assert (found.where, found.time) == ("forearm", pytest.approx(50 * DT))
-    assert margin("grasp_lost", trace) == pytest.approx(-1 / 50)
+    assert margin("grasp_lost", trace) == -1e-9
+    trace.grip_force[49] = GRIP + 1.5
+    assert margin("grasp_lost", trace) == -1.5
 
 
 def test_too_much_strain_says_the_most_of_it_and_where_it_began():

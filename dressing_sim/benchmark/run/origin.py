@@ -17,8 +17,19 @@ from dressing_sim.provenance import provenance, versions
 #: In the config of a run.
 _KEY = "provenance"
 
-#: Within it: numerics that a run went on with, each with how many episodes were there before.
-_LATER = "later_numerics"
+#: Within it: numerics, and code, that a run went on with, each with how many episodes were there
+#: before.
+_LATER, _LATER_CODE = "later_numerics", "later_code"
+
+
+@dataclass(frozen=True, slots=True)
+class Accept:
+    """With what else than it began a run may go on."""
+
+    numerics: bool = False
+    """A processor that computes other bits."""
+    changes: bool = False
+    """Other versions of packages and of other people's policies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,17 +77,39 @@ class Origin:
         known = ("sources",) if self.provenance and now.provenance else ()
         then, here = (
             {"versions": dict(one.versions), **{key: one.provenance.get(key, {}) for key in known}}
-            for one in (self, now)
+            for one in (self.latest, now)
         )
         return differences(then, here, "then", "now")
 
-    def joined(self, now: Origin, n_episodes: int) -> Origin:
-        """This one, with further numerics if the run goes on with others after n episodes."""
-        if not self.numerics or not unlike(self.numerics[-1], now.numerics[0], "", ""):
+    @property
+    def latest(self) -> Origin:
+        """With the code that the run last went on with."""
+        later = self.provenance.get(_LATER_CODE)
+        if not later:
             return self
-        step = {"episodes_before": n_episodes, "numerics": dict(now.numerics[0])}
-        later = [*self.provenance.get(_LATER, ()), step]
-        return Origin({**self.provenance, _LATER: later}, self.versions)
+        code = {"sources": later[-1]["sources"]}
+        return Origin({**self.provenance, **code}, later[-1]["versions"])
+
+    def mixed(self, policy: str) -> bool:
+        """Whether episodes of a policy were made with more than one version of its code."""
+        first = {"versions": dict(self.versions), "sources": self.provenance.get("sources", {})}
+        stem = policy.partition("?")[0]
+        steps = [first, *self.provenance.get(_LATER_CODE, ())]
+        codes = [(one["versions"], one["sources"].get(stem)) for one in steps]
+        return any(code != codes[0] for code in codes)
+
+    def joined(self, now: Origin, n_episodes: int) -> Origin:
+        """This one, with what is other if the run goes on from another after n episodes."""
+        told = dict(self.provenance)
+        before = {"episodes_before": n_episodes}
+        if self.numerics and unlike(self.numerics[-1], now.numerics[0], "", ""):
+            step = {**before, "numerics": dict(now.numerics[0])}
+            told[_LATER] = [*told.get(_LATER, ()), step]
+        if self.changed(now):
+            sources = now.provenance.get("sources", {})
+            step = {**before, "versions": dict(now.versions), "sources": sources}
+            told[_LATER_CODE] = [*told.get(_LATER_CODE, ()), step]
+        return Origin(told, self.versions)
 
     def into(self, config: Mapping[str, Any]) -> dict[str, Any]:
         """The config of a run with this origin, as its last key."""
@@ -88,22 +121,30 @@ def check_resumable(
     earlier: Mapping[str, Any],
     wanted: Mapping[str, Any],
     now: Origin,
-    accept_numerics: bool,
+    accept: Accept,
 ) -> None:
     """Raise InvalidInputError unless a run in a folder can go on with the same bits.
 
     `earlier` is the config there, `wanted` that of what shall go on from `now`, without an origin.
     """
     origin = Origin.of(earlier)
-    there = {name: value for name, value in earlier.items() if name != _KEY}
-    found = differences(there, wanted, "there", "now") or origin.changed(now)
-    if found:
+    there, here = (
+        {name: value for name, value in config.items() if name not in (_KEY, "versions")}
+        for config in (earlier, wanted)
+    )
+    if found := differences(there, here, "there", "now"):
         told = "\n  ".join(found)
         raise InvalidInputError(
             f"{path} holds a run with another config; choose another --out\n  {told}"
         )
+    if (found := origin.changed(now)) and not accept.changes:
+        told = "\n  ".join(found)
+        raise InvalidInputError(
+            f"{path} holds a run of other code; choose another --out, or add --accept-changes to "
+            f"have episodes of both in it, in rows that say so\n  {told}"
+        )
     other = origin.other_numerics(now.numerics[0])
-    if other and not accept_numerics:
+    if other and not accept.numerics:
         raise InvalidInputError(
             f"{path} holds a run of a processor that computes other bits ({other}); choose another "
             "--out, or add --accept-numerics to have episodes of both in it"

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
-from dressing_sim.benchmark.run.origin import Origin, check_resumable
+from dressing_sim.benchmark.run.origin import Accept, Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
 from dressing_sim.errors import InvalidInputError
@@ -153,7 +153,7 @@ def open_run(
     plan: Plan,
     resume: bool = False,
     numerics: Callable[[], Mapping[str, str]] = this_numerics,
-    accept_numerics: bool = False,
+    accept: Accept | None = None,
 ) -> Iterator[OpenRun]:
     """Begin a run in a folder, or continue the one that is there.
 
@@ -162,7 +162,7 @@ def open_run(
         plan: What is run.
         resume: Continue, if the folder holds a run.
         numerics: Tells those of the workers (see `Workers.numerics`), or of this process.
-        accept_numerics: Continue with other numerics too; the folder then names both.
+        accept: With what else the run may go on; the folder then names both.
 
     Raises:
         InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
@@ -177,7 +177,7 @@ def open_run(
         origin = Origin.here(plan, numerics())
         config = origin.into(wanted)
         if resume and earlier is not None:
-            check_resumable(path, earlier, wanted, origin, accept_numerics)
+            check_resumable(path, earlier, wanted, origin, accept or Accept())
             config = earlier
         try:
             file = (path / EPISODES).open("a+b")
@@ -190,7 +190,7 @@ def open_run(
                 _write_config(path, config)
             run = OpenRun(path, config, file)
             joined = run.origin.joined(origin, len(run.finished))
-            if joined != run.origin:  # it goes on with other numerics than it had
+            if joined != run.origin:  # it goes on with other numerics, or other code, than it had
                 _write_config(path, joined.into(config))
                 run.origin = joined
             yield run

@@ -29,6 +29,7 @@ from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
 from dressing_sim.benchmark.run.lines import episode_values, parse_episode, parse_outcome
+from dressing_sim.benchmark.run.origin import Accept
 from dressing_sim.benchmark.run.plan import Job, Plan
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.runner import (
@@ -232,6 +233,7 @@ def run_study(
     *,
     resume: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     progress: Progress = silent,
     command: str = "",
 ) -> Finished[ResultT]:
@@ -244,6 +246,7 @@ def run_study(
         out: Folder for the results; a finished run in it is replaced.
         resume: Continue the run in the folder, if there is one.
         accept_numerics: Continue it with other numerics too.
+        accept_changes: Continue it with other code too; rows with episodes of both say so.
         progress: Told after each demonstration, policy and job.
         command: What was typed, for the report.
 
@@ -251,9 +254,13 @@ def run_study(
         InvalidInputError: The folder cannot be used, or a policy's path is not valid.
         DressingSimError: A demonstration failed, or a worker died twice.
     """
-    with open_run(out, plan, resume, workers.numerics, accept_numerics) as folder:
+    accept = Accept(accept_numerics, accept_changes)
+    with open_run(out, plan, resume, workers.numerics, accept) as folder:
         results = run_jobs(study, folder, workers, progress)
         summary = study.summarise(folder, results)
+        for row in summary.get("rows", ()):
+            if "policy" in row and folder.origin.mixed(row["policy"]):
+                row["mixed_code"] = True
         summary["provenance"] = dict(folder.origin.provenance)
         document = study.document(folder, results, summary, command)
         write_report(out, document, summary)

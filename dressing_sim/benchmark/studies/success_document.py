@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
+from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.failures import HardPosture, hardest
 from dressing_sim.benchmark.records import EpisodeResult, Failure, Protocol, first_failure
@@ -116,6 +117,12 @@ def success_document(
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield Paragraph(headline(protocol, summary))
     yield Table(tables.table(summary))
+    mixed = [label_of(row) for row in summary["rows"] if row.get("mixed_code")]
+    if mixed:
+        yield Paragraph(
+            f"Made with more than one version of the code: {', '.join(mixed)}. What changed, and "
+            f"after how many episodes, stands in summary.json under provenance."
+        )
     beside = tables.next_to_paper(summary["rows"])
     if protocol.name == "paper" and len(beside) > 1:
         yield Table(

@@ -12,6 +12,7 @@ import logging
 import threading
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit
@@ -40,10 +41,9 @@ class _Cache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        file = self._cache_file
-        self._cache_file = _CheckedFile(
-            self._cache_path, f"{self._impl.filename_base}.checked", file._source_stamp
-        )
+        name = f"{self._impl.filename_base}.checked"
+        # Numba looks at the function's own file, but loops call those of other files.
+        self._cache_file = _CheckedFile(self._cache_path, name, _source())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for a signature, or None."""
@@ -99,6 +99,15 @@ class _CheckedFile(IndexDataCacheFile):
         if not good:
             _warn(f"{self._cache_path}: a file of compiled loops is damaged, they are made anew")
         return content[_SHA:] if good else None
+
+
+@cache
+def _source() -> str:
+    """A hash of all loops."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def _loads(content: bytes) -> Any:

@@ -228,7 +228,7 @@ def test_other_versions_are_refused(plan, folder):
     settings["versions"]["mujoco"] = "3.0"
     (folder / "config.json").write_text(json.dumps(settings))
     with (
-        pytest.raises(InvalidInputError, match=r"versions.mujoco: '3.0' there"),
+        pytest.raises(InvalidInputError, match=r"versions.mujoco: '3.0' then"),
         open_run(folder, plan, resume=True),
     ):
         pass
