@@ -116,6 +116,14 @@ class Protocol:
         ]
         return replace(self, entries=tuple(entries))
 
+    def with_demonstrations(self, name: str) -> Protocol:
+        """The same test, but every policy learns from these demonstrations alone."""
+        entries = dict.fromkeys(
+            replace(entry, demonstrations=name) if entry.demonstrations else entry
+            for entry in self.entries
+        )
+        return replace(self, entries=tuple(entries), demonstration_sets=1)
+
     def with_variation(self, factors: Sequence[str]) -> Protocol:
         """The same test, but these factors, and no others, are drawn anew for each episode."""
         varied = tuple(dict.fromkeys(factors))

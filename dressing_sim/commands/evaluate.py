@@ -14,6 +14,7 @@ def evaluate(
     suite: str | None = None,
     policies: str | None = None,
     variation: str | None = None,
+    demonstrations: Path | None = None,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -21,6 +22,9 @@ def evaluate(
     resume: bool = False,
     accept_numerics: bool = False,
     accept_changes: bool = False,
+    fit_time: float = 60.0,
+    generate_time: float = 10.0,
+    memory: float = 4.0,
     pictures: bool = True,
     json: bool = False,
 ) -> None:
@@ -37,6 +41,8 @@ def evaluate(
 
     Or: dressing-sim evaluate --policies mypackage.policies:MyPolicy --out results/mine
 
+    Or: dressing-sim evaluate --demonstrations mine.h5 --policies default --out results/own
+
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
@@ -48,6 +54,8 @@ def evaluate(
             for its hyper-parameters.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp.
+        demonstrations: file of demonstrations that every policy learns from, instead of the
+            protocol's; as dressing-sim demonstrate writes it.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
@@ -56,17 +64,23 @@ def evaluate(
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         accept_changes: continue it with other versions of packages and of your policies too; rows
             that have episodes of both say so.
+        fit_time: longest time in which a policy that is not of this package learns, in seconds;
+            one that takes longer, raises or exits fails with the reason policy_error.
+        generate_time: longest time in which it makes a path, or a target, in seconds.
+        memory: most memory that it may allocate, where the platform has such a limit, in GiB.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.evaluate import evaluation_plan, evaluation_study
     from dressing_sim.commands.studies import carry_out
+    from dressing_sim.policies.host import PolicyLimits
     from dressing_sim.policies.paper import any_of_the_paper, left_open
 
     if workers is not None and scheduler is not None:
         raise InvalidInputError("--workers and --scheduler exclude each other")
     varied = None if variation is None else names(variation)
-    plan = evaluation_plan(protocol, suite, policies, varied, seed)
+    limits = PolicyLimits(fit_time, generate_time, memory)
+    plan = evaluation_plan(protocol, suite, policies, varied, seed, demonstrations, limits)
     remarks = ""
     if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
         told = f"policies: {left_open()}"

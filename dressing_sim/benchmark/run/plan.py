@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Json, Protocol
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.demonstration import load_demonstrations
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.inputs import inputs_of
@@ -60,6 +63,8 @@ class Plan:
         demonstrated: Postures to demonstrate on, by the name that entries use.
         options: What the study alone needs to know, plain values.
         policy_limits: What other people's policies may use.
+        own: Demonstrations of the user's, a checksum by name; nobody demonstrates these.
+        own_files: Where they are, until the run has them in its folder.
     """
 
     protocol: Protocol
@@ -69,6 +74,8 @@ class Plan:
     demonstrated: Mapping[str, tuple[Posture, ...]]
     options: Mapping[str, Json] = field(default_factory=dict)
     policy_limits: PolicyLimits = field(default_factory=PolicyLimits)
+    own: Mapping[str, str] = field(default_factory=dict)
+    own_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 
     @property
     def jobs(self) -> list[Job]:
@@ -105,6 +112,7 @@ class Plan:
             },
             "options": dict(self.options),
             "policy_limits": to_plain(self.policy_limits),
+            "own_demonstrations": dict(self.own),
             "versions": versions(),
         }
 
@@ -124,6 +132,7 @@ class Plan:
                 },
                 options=dict(values["options"]),
                 policy_limits=from_plain(PolicyLimits, values.get("policy_limits", {})),
+                own=dict(values.get("own_demonstrations", {})),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInputError(f"config of a run: missing or damaged ({error})") from error
@@ -135,12 +144,31 @@ def make_plan(
     config: EpisodeConfig | None = None,
     options: Mapping[str, Json] | None = None,
     policy_limits: PolicyLimits | None = None,
+    demonstrations: Path | None = None,
 ) -> Plan:
     """Look up everything that a protocol names, so that mistakes show before anything runs.
+
+    Args:
+        protocol: What to measure.
+        seed: See `Plan`.
+        config: World, robot and rules.
+        options: What the study alone needs to know.
+        policy_limits: What other people's policies may use.
+        demonstrations: File of demonstrations that all policies learn from, instead of the
+            protocol's.
 
     Raises:
         InvalidInputError: An unknown suite, policy or factor of variation, or no rows.
     """
+    own, own_files, known = {}, {}, {}
+    if demonstrations is not None:
+        recorded = load_demonstrations(demonstrations)
+        checksum = hashlib.sha256(demonstrations.read_bytes()).hexdigest()
+        # The same wherever the file is, and another one for other demonstrations.
+        name = f"{demonstrations.stem}@{checksum[:8]}"
+        own, own_files = {name: checksum}, {name: demonstrations}
+        known[name] = tuple(one.posture for one in recorded)
+        protocol = protocol.with_demonstrations(name)
     if not protocol.entries:
         raise InvalidInputError(f"protocol {protocol.name!r} has no rows; valid is one or more")
     entries = []
@@ -160,9 +188,11 @@ def make_plan(
         seed,
         config or EpisodeConfig(),
         tuple(load_suite(protocol.suite)),
-        {name: tuple(demonstration_postures(name)) for name in suites},
+        {n: known[n] if n in known else tuple(demonstration_postures(n)) for n in suites},
         options or {},
         policy_limits or PolicyLimits(),
+        own,
+        own_files,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -12,12 +13,18 @@ import numpy as np
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Json
+from dressing_sim.benchmark.run.cache import cached_demonstration
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
 from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitting_seed
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
+from dressing_sim.episode.demonstration import (
+    Demonstration,
+    load_demonstrations,
+    save_demonstrations,
+)
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import DemonstrationFailed, demonstrate, record
 from dressing_sim.episode.recording import Recording
@@ -37,11 +44,19 @@ ATTEMPTS = 5
 def record_demonstration(
     plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
 ) -> Demonstration:
-    """Demonstrate until it succeeds, as a person would.
+    """Demonstrate until it succeeds, as a person would; or as it was demonstrated before.
 
     Raises:
         DressingSimError: It failed `ATTEMPTS` times.
     """
+    place = plan_seed, posture, demonstration_set, config
+    key = [plan_seed, posture.to_dict(), demonstration_set, to_plain(config)]
+    return cached_demonstration(key, partial(_record_demonstration, *place))
+
+
+def _record_demonstration(
+    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
+) -> Demonstration:
     for attempt in range(ATTEMPTS):
         seed = demonstration_seed(plan_seed, posture, demonstration_set, attempt)
         try:
@@ -145,7 +160,8 @@ def record_demonstrations(
         (name, number): [recorded[posture, number] for posture in suite]
         for name, suite in plan.demonstrated.items()
         for number in range(plan.protocol.demonstration_sets)
-    }
+        if name not in plan.own
+    } | {(name, 0): load_demonstrations(folder.own_file(name)) for name in plan.own}
 
 
 def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
@@ -163,7 +179,8 @@ def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
 
 def _demonstrated(plan: Plan) -> list[tuple[Posture, int]]:
     """Postures and sets; a posture that is in two suites is demonstrated once a set."""
-    postures = dict.fromkeys(posture for suite in plan.demonstrated.values() for posture in suite)
+    suites = (suite for name, suite in plan.demonstrated.items() if name not in plan.own)
+    postures = dict.fromkeys(posture for suite in suites for posture in suite)
     return [(posture, n) for n in range(plan.protocol.demonstration_sets) for posture in postures]
 
 
@@ -209,8 +226,11 @@ def learned_source(folder: RunFolder, job: Job, work: Work | None = None) -> Pol
     suite, number = job.entry.demonstrations, job.demonstration_set
     if suite is None:
         return hosted_policy(job.entry.policy)
-    postures = folder.plan.demonstrated[suite]
-    demonstrations = [folder.load_demonstration(posture, number) for posture in postures]
+    demonstrations = (
+        load_demonstrations(folder.own_file(suite))
+        if suite in folder.plan.own
+        else [folder.load_demonstration(p, number) for p in folder.plan.demonstrated[suite]]
+    )
     seed = fitting_seed(folder.plan.seed, job.entry, number)
     limits, fit = folder.plan.policy_limits, (work or Work()).fit
     return fit(job.entry.policy, seed, demonstrations, limits, folder.policy_log)

@@ -15,7 +15,11 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
 from dressing_sim.benchmark.run.origin import Accept, Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
+from dressing_sim.episode.demonstration import (
+    Demonstration,
+    load_demonstrations,
+    save_demonstrations,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
 from dressing_sim.numerics import numerics as this_numerics
@@ -28,7 +32,7 @@ DEMONSTRATIONS, POLICY_LOG = "demonstrations", "policies.log"
 _LOCK = ".lock"
 
 #: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
-_OWN_DEMONSTRATION = re.compile(r"set\d+-.*-[0-9a-f]{8}\.h5")
+_OWN_DEMONSTRATION = re.compile(r"(set\d+-.*|own)-[0-9a-f]{8}\.h5")
 
 
 class RunFolder:
@@ -81,6 +85,10 @@ class RunFolder:
         content = json.dumps(posture.to_dict()).encode()
         digest = hashlib.sha256(content).hexdigest()[:8]
         return self.path / DEMONSTRATIONS / f"set{demonstration_set}-{readable}-{digest}.h5"
+
+    def own_file(self, name: str) -> Path:
+        """Where the run keeps demonstrations of the user's."""
+        return self.path / DEMONSTRATIONS / f"own-{self.plan.own[name][:8]}.h5"
 
     def load_demonstration(self, posture: Posture, demonstration_set: int) -> Demonstration:
         """The demonstration on a posture.
@@ -193,6 +201,9 @@ def open_run(
             if joined != run.origin:  # it goes on with other numerics, or other code, than it had
                 _write_config(path, joined.into(config))
                 run.origin = joined
+            for name, own in plan.own_files.items():
+                if not run.own_file(name).exists():
+                    save_demonstrations(run.own_file(name), load_demonstrations(own))
             yield run
 
 

@@ -20,6 +20,7 @@ from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.system import processors
 
 if TYPE_CHECKING:
@@ -97,6 +98,8 @@ def evaluate(
     variation: Sequence[str] | None = None,
     seed: int = 0,
     workers: int | None = None,
+    demonstrations: str | Path | None = None,
+    policy_limits: PolicyLimits | None = None,
     out: str | Path | None = None,
     resume: bool = False,
     pictures: bool = False,
@@ -114,6 +117,9 @@ def evaluate(
         variation: Factors drawn anew for each episode.
         seed: Of the operator's variability, of the policies' own randomness, and of variation.
         workers: Processes, as many as processors if None; the results do not depend on it.
+        demonstrations: File of demonstrations that every policy learns from, instead of the
+            protocol's.
+        policy_limits: Time and memory that other people's policies may use.
         out: Folder for the results; a temporary one if None.
         resume: Continue the run in the folder, if there is one.
         pictures: Draw the hardest postures in the report.
@@ -123,7 +129,9 @@ def evaluate(
         InvalidInputError: An argument is not valid, or the protocol measures no episodes.
         DressingSimError: A demonstration failed.
     """
-    plan = evaluation_plan(protocol, suite, policies, variation, seed)
+    plan = evaluation_plan(
+        protocol, suite, policies, variation, seed, demonstrations, policy_limits
+    )
     study = evaluation_study(plan, pictures)
     if not isinstance(study, EpisodeStudy):
         raise InvalidInputError(f"protocol {protocol!r} dresses nobody; valid is one that does")
@@ -147,6 +155,8 @@ def evaluation_plan(
     policies: Sequence[str | type[Policy]] | str | None,
     variation: Sequence[str] | None,
     seed: int,
+    demonstrations: str | Path | None = None,
+    policy_limits: PolicyLimits | None = None,
 ) -> Plan:
     """The plan of a protocol, with other postures, policies or variation if wanted.
 
@@ -167,7 +177,8 @@ def evaluation_plan(
         chosen = replace(chosen, suite=suite)
     if seed < 0:
         raise InvalidInputError(f"seed is {seed}, valid is 0 or more")
-    return make_plan(chosen, seed)
+    file = None if demonstrations is None else Path(demonstrations)
+    return make_plan(chosen, seed, policy_limits=policy_limits, demonstrations=file)
 
 
 def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:
