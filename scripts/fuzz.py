@@ -108,7 +108,7 @@ def main(minutes: float = 30.0, inputs: int | None = None, seed: int = 0, show: 
     shown, n = 0, 0
     with tempfile.TemporaryDirectory() as folder:
         material = Material.make(Path(folder))
-        kinds: list[Callable[..., Iterator[tuple[str, str]]]] = [of_command] * 9 + [of_policy]
+        kinds: list[Callable[..., Iterator[tuple[str, str]]]] = [of_command] * 19 + [of_policy]
         while n < inputs if inputs is not None else time.monotonic() < end:
             rng = np.random.default_rng([seed, n])
             for fault, detail in kinds[int(rng.integers(len(kinds)))](rng, material):
