@@ -23,6 +23,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dressing_sim.checks import real_array
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.em import Mixture
 from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
@@ -136,7 +137,8 @@ class Regression(NamedTuple):
         """
         from dressing_sim.learning.kernels.regression import regress
 
-        points = np.ascontiguousarray(queries, dtype=np.float64)
+        shape = ("T", self.input_means.shape[-1])
+        points = np.ascontiguousarray(real_array(queries, shape, "queries have"))
         means, covariances = regress(points, self)
         return check_finite(means), covariances
 
