@@ -158,9 +158,10 @@ def whole_number(value: object, name: str, low: int = 0, high: int | None = None
     Raises:
         InvalidInputError: It is none.
     """
-    is_whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if is_whole and low <= int(value) and (high is None or int(value) <= high):
-        return int(value)  # type: ignore[call-overload]
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        number = int(value)
+        if low <= number and (high is None or number <= high):
+            return number
     bounds = f"{low} or more" if high is None else f"{low} to {high}"
     raise InvalidInputError(f"{name} is {shown(value)}, valid is a whole number, {bounds}")
 
@@ -208,11 +209,11 @@ def clean_name(value: object, name: str) -> str:
     Raises:
         InvalidInputError: It is none.
     """
-    fine = isinstance(value, str) and 0 < len(value) <= LONGEST_NAME and bool(value.strip())
-    if not (fine and value.isprintable()):  # type: ignore[attr-defined]
-        length = f" ({len(value)} letters)" if isinstance(value, str) and len(value) > 60 else ""
-        raise InvalidInputError(
-            f"{name} is {shown(value)}{length}, valid is a name that is text of 1 to "
-            f"{LONGEST_NAME} printable letters"
-        )
-    return value  # type: ignore[return-value]
+    if isinstance(value, str) and 0 < len(value) <= LONGEST_NAME:
+        if value.strip() and value.isprintable():
+            return value
+    length = f" ({len(value)} letters)" if isinstance(value, str) and len(value) > 60 else ""
+    raise InvalidInputError(
+        f"{name} is {shown(value)}{length}, valid is a name that is text of 1 to {LONGEST_NAME} "
+        "printable letters"
+    )

@@ -83,6 +83,19 @@ def checked_path(made: object, name: str) -> Path:
     return made if isinstance(made, Path) else Path(_checked_positions(made, f"{name}: returned"))
 
 
+def check_source(source: object) -> None:
+    """Raise InvalidInputError unless it is a policy, or a path; if an array, a valid one."""
+    if isinstance(source, np.ndarray):
+        _checked_positions(source, "the path: got")
+    elif isinstance(source, type) or not (
+        isinstance(source, Path) or callable(getattr(source, "generate", None))
+    ):
+        raise InvalidInputError(
+            f"cannot dress with {shown(source)}; valid is a policy, a Path or an array (T, 3) "
+            "of numpy"
+        )
+
+
 def policy_path(
     source: object,
     posture: Posture,
@@ -107,15 +120,10 @@ def policy_path(
         InvalidInputError: It is no policy.
         PolicyError: Its path or time step is not valid.
     """
+    check_source(source)
     if isinstance(source, np.ndarray | Path):
         path = checked_path(source, "the path")
     else:
-        generate = getattr(source, "generate", None)
-        if isinstance(source, type) or not callable(generate):
-            raise InvalidInputError(
-                f"cannot dress with {shown(source)}; valid is a policy, a Path or an array (T, 3) "
-                "of numpy"
-            )
         try:
             return _answer(source, posture, start, seed, default_dt, longest_dt)
         except PolicyError:

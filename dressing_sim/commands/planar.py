@@ -1,6 +1,5 @@
 """``dressing-sim planar``: the paper's planar study in one command."""
 
-import json as json_format
 import sys
 from pathlib import Path
 from typing import Literal
@@ -8,8 +7,9 @@ from typing import Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from dressing_sim.archives import to_json
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import write_text
+from dressing_sim.files import check_writable, write_text
 from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
@@ -87,6 +87,8 @@ def planar(
     )
     if validation is not None and demos is None:
         raise InvalidInputError("--validation needs --demos, the demonstrations to train on")
+    if out is not None:
+        check_writable(out / "summary.json")
     data = generate(seed) if demos is None else load(demos, validation)
     total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
@@ -98,10 +100,11 @@ def planar(
 
         study = run_study(data, config, workers, advance)
     result = {**summary(study), "provenance": provenance()}
+    text = to_json(result, "the study's result", indent=2) + "\n"
     if out is not None:
         from dressing_sim.planar.figures import draw
 
-        write_text(out / "summary.json", json_format.dumps(result, indent=2) + "\n")
+        write_text(out / "summary.json", text)
         write_text(out / "table.md", markdown(result))
         draw(study, out)
-    sys.stdout.write(json_format.dumps(result, indent=2) + "\n" if json else markdown(result))
+    sys.stdout.write(text if json else markdown(result))

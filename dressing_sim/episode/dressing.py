@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from types import NoneType
 from typing import Any
 
 import mujoco
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.checks import real_vector
+from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
 from dressing_sim.episode.config import EpisodeConfig
@@ -83,6 +84,10 @@ class Dressing:
         config: EpisodeConfig | None = None,
         rules: Sequence[Rule] = RULES,
     ) -> None:
+        of_kind(posture, Posture, "posture", "a Posture")
+        of_kind(config, (EpisodeConfig, NoneType), "config", "an EpisodeConfig or None")
+        for rule in listed(rules, "rules", "a sequence of rules"):
+            of_kind(rule, Rule, "a rule", "a Rule")
         self.posture = posture
         self.config = config or EpisodeConfig()
         self.rules = tuple(rules)

@@ -86,7 +86,9 @@ class TPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        whole_number(n_components, "a mixture's n_components", 1, MOST_COMPONENTS)
+        whole_number(
+            n_components, "a mixture needs n_components >= 1: n_components", 1, MOST_COMPONENTS
+        )
         one_of(encoding, "encoding", get_args(Encoding))
         one_of(initialisation, "initialisation", get_args(Initialisation))
         real_number(time_scale, "time_scale", 0.0, LARGEST, above=True)

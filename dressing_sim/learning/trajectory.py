@@ -110,7 +110,7 @@ class TrajectoryTPGMM:
             ("rest_speed", rest_speed, 0, LARGEST),
             ("end_radius", end_radius, 0, LARGEST),
         ):
-            real_number(value, f"a trajectory policy's {name}", low, high)
+            real_number(value, f"a trajectory policy needs {name} >= {low}: {name}", low, high)
         truth_value(shared, "shared")
         self.fusion = check_fusion(fusion)
         self.samples = samples

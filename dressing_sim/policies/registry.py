@@ -13,7 +13,7 @@ from pkgutil import iter_modules
 from typing import Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
@@ -125,8 +125,8 @@ def _find(name: str) -> type:
         )
     try:
         found = installed[name].load() if name in installed else _imported(name)
-    except (ImportError, AttributeError, TypeError, ValueError, SyntaxError) as error:
-        raise InvalidInputError(f"policy {name!r}: {error}") from error
+    except (Exception, SystemExit) as error:  # whatever a module of somebody else's does
+        raise InvalidInputError(f"policy {name!r}: {one_line(str(error))}") from error
     methods = {one for one in ("fit", "generate", "act", "make") if hasattr(found, one)}
     if not isinstance(found, type) or not ("fit" in methods or "make" in methods):
         raise InvalidInputError(

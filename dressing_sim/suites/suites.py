@@ -28,9 +28,6 @@ VERSION = 1
 #: What a suite's file may say; of these only the postures are needed.
 _KEYS = frozenset({"name", "version", "description", "distribution", "seed", "postures"})
 
-#: Of a name that is not valid, an error shows no more [letters].
-_MOST = 3000
-
 _RANDOM = re.compile(r"random:(?P<n>[1-9]\d{0,4})(:(?P<seed>\d{1,18}))?", re.ASCII)
 
 
@@ -56,7 +53,7 @@ def load_suite(name_or_file: str) -> list[Posture]:
     path = builtin if is_file(builtin) else Path(name_or_file)
     if not is_file(path):
         raise InvalidInputError(
-            f"unknown suite {shown(name_or_file, _MOST)}; valid is one of "
+            f"unknown suite {name_or_file!r}; valid is one of "
             f"{', '.join(suite_names())}, a JSON file, or random:N[:SEED]"
         )
     try:
@@ -70,7 +67,7 @@ def _random_suite(text: str) -> list[Posture]:
     match = _RANDOM.fullmatch(text)
     if match is None:
         raise InvalidInputError(
-            f"suite {shown(text, _MOST)}: valid is random:N or random:N:SEED, N from 1 to 99999, "
+            f"suite {text!r}: valid is random:N or random:N:SEED, N from 1 to 99999, "
             "SEED a whole number from 0"
         )
     seed = int(match["seed"] or 0)

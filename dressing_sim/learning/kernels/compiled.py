@@ -26,7 +26,8 @@ _SHA = hashlib.sha256().digest_size
 
 def compiled(function: F) -> F:
     """A function compiled by numba at its first call, or by an earlier process."""
-    dispatcher: Any = njit(error_model="numpy")(function)
+    # Without the interpreter's lock: else nothing could answer Ctrl-C.
+    dispatcher: Any = njit(error_model="numpy", nogil=True)(function)
     try:
         dispatcher._cache = _Cache(function)
     except (RuntimeError, OSError) as error:
