@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from math import inf
 from numbers import Integral, Real
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,7 +186,7 @@ def of_kind(value: object, kind: type[T] | tuple[type[Any], ...], name: str, val
     """
     if not isinstance(value, kind):
         raise InvalidInputError(f"{name} is {shown(value)}, valid is {valid}")
-    return value  # type: ignore[return-value]
+    return cast(T, value)
 
 
 def listed(values: Iterable[T], name: str, valid: str) -> tuple[T, ...]:
@@ -209,9 +209,9 @@ def clean_name(value: object, name: str) -> str:
     Raises:
         InvalidInputError: It is none.
     """
-    if isinstance(value, str) and 0 < len(value) <= LONGEST_NAME:
-        if value.strip() and value.isprintable():
-            return value
+    short = isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
+    if isinstance(value, str) and short and value.strip() and value.isprintable():
+        return value
     length = f" ({len(value)} letters)" if isinstance(value, str) and len(value) > 60 else ""
     raise InvalidInputError(
         f"{name} is {shown(value)}{length}, valid is a name that is text of 1 to {LONGEST_NAME} "

@@ -88,7 +88,8 @@ def check_kinds(config: Any, kind: str) -> None:
     Raises:
         InvalidInputError: A number, text, truth value or configuration is none.
     """
-    for name, hint in _hints(type(config)).items():
+    kinds: Any = type(config)
+    for name, hint in _hints(kinds).items():
         value = getattr(config, name)
         if is_dataclass(hint) and isinstance(hint, type):
             of_kind(value, hint, f"{kind}: {name}", f"a {hint.__name__}")

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.archives import MOST_BYTES, check_size
 from dressing_sim.arm import Posture
-from dressing_sim.checks import of_kind, real_array, real_number, shown, whole_number
+from dressing_sim.checks import listed, of_kind, real_array, real_number, shown, whole_number
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.files import is_file, replacing
@@ -92,6 +92,10 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this. An attribute
     ``provenance`` of the file says, as JSON too, what wrote it (see `dressing_sim.provenance`).
     """
+    of_kind(path, (str, Path), "path", "a file to write")
+    demonstrations = listed(demonstrations, "demonstrations", "a sequence of Demonstrations")
+    for one in demonstrations:
+        of_kind(one, Demonstration, "one of the demonstrations", "a Demonstration")
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
@@ -217,8 +221,9 @@ def _attribute(group: h5py.Group, name: str) -> Any:
 
 def _described(group: h5py.Group, name: str) -> dict[str, Any]:
     """An attribute that is a JSON object."""
+    text = _attribute(group, name)
     try:
-        value = json.loads(_attribute(group, name))
+        value = json.loads(text)
     except (TypeError, ValueError, RecursionError) as error:
         raise InvalidInputError(f"{name} of {group.name} is not JSON") from error
     if not isinstance(value, dict):
