@@ -7,7 +7,7 @@ dressed, is the one next to the robot.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from numbers import Real
 from typing import Any
@@ -254,7 +254,10 @@ class Posture:
 
 def _numbers(values: object) -> tuple[float, ...]:
     """A tuple of floats, empty if the values are not all numbers."""
-    listed = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else []
+    try:
+        listed = [] if isinstance(values, str) else list(values)  # type: ignore[call-overload]
+    except TypeError:
+        listed = []
     valid = all(isinstance(value, Real) and not isinstance(value, bool) for value in listed)
     return tuple(float(value) for value in listed) if valid else ()
 

@@ -189,6 +189,12 @@ def of_kind(value: object, kind: type[T] | tuple[type[Any], ...], name: str, val
     return cast(T, value)
 
 
+def function_or_none(value: object, name: str) -> None:
+    """Raise InvalidInputError unless a value can be called, or is None."""
+    if value is not None and (isinstance(value, type) or not callable(value)):
+        raise InvalidInputError(f"{name} is {shown(value)}, valid is a function or None")
+
+
 def listed(values: Iterable[T], name: str, valid: str) -> tuple[T, ...]:
     """The items of anything that has some, but no text.
 

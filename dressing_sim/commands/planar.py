@@ -16,7 +16,7 @@ from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import OPTIONS, Run, Situations, StudyConfig, run_study
+from dressing_sim.planar.study import OPTIONS, Run, Situations, StudyConfig, check_study, run_study
 from dressing_sim.provenance import provenance
 
 
@@ -90,6 +90,7 @@ def planar(
     if out is not None:
         check_writable(out / "summary.json")
     data = generate(seed) if demos is None else load(demos, validation)
+    check_study(data, config, workers)
     total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.checks import of_kind, shown, whole_number
+from dressing_sim.checks import function_or_none, of_kind, whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.control import JointTrajectory
 from dressing_sim.episode.config import EpisodeConfig
@@ -68,8 +68,7 @@ def record(
         InvalidInputError: The path, or a target, has the wrong shape or is not finite.
     """
     whole_number(seed, "seed", 0, 2**63 - 1)
-    if observer is not None and not callable(observer):
-        raise InvalidInputError(f"observer is {shown(observer)}, valid is a function or None")
+    function_or_none(observer, "observer")
     if not callable(getattr(source, "act", None)):
         check_source(source)
     dressing = Dressing(posture, config, rules)
@@ -111,6 +110,7 @@ def demonstrate(
         DemonstrationFailed: The robot could not move; the error has the outcome.
     """
     of_kind(operator, (Operator, NoneType), "operator", "an Operator or None")
+    of_kind(config, (EpisodeConfig, NoneType), "config", "an EpisodeConfig or None")
     operator = operator or Operator()
     config = config or EpisodeConfig()
     recording = record(operator, posture, seed, config, observer)

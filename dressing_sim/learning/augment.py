@@ -16,7 +16,7 @@ from typing import Literal, Protocol, Self, get_args
 
 import numpy as np
 
-from dressing_sim.checks import of_kind, one_of, real_number, shown, whole_number
+from dressing_sim.checks import function_or_none, of_kind, one_of, real_number, shown, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -187,8 +187,7 @@ def augment(
             f"policy is {shown(policy)}, valid is None or something with {', '.join(_NEEDED)}"
         )
     of_kind(sampler, (SituationSampler, NoneType), "sampler", "something with sample, or None")
-    if on_iteration is not None and not callable(on_iteration):
-        raise InvalidInputError(f"on_iteration is {shown(on_iteration)}, valid is a function")
+    function_or_none(on_iteration, "on_iteration")
     options = options or AugmentOptions()
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)

@@ -1,5 +1,6 @@
 """White noise of a given signal-to-noise ratio."""
 
+from numbers import Real
 from typing import Literal, get_args
 
 import numpy as np
@@ -32,7 +33,7 @@ def noise_deviation(positions: ArrayLike, snr_db: float, reference: NoiseReferen
             `LARGEST_SNR_DB`.
     """
     one_of(reference, "noise reference", get_args(NoiseReference))
-    if snr_db != np.inf:
+    if not (isinstance(snr_db, Real) and snr_db == np.inf):
         real_number(
             snr_db, "the signal-to-noise ratio in decibels", -LARGEST_SNR_DB, LARGEST_SNR_DB
         )

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dressing_sim.checks import LARGEST, real_array, real_number, real_vector
+from dressing_sim.checks import LARGEST, real_array, real_number, real_vector, truth_value
 from dressing_sim.learning.costs import rms_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -97,6 +97,7 @@ class TimeTPGMM:
             demonstrations: with the same number of frames.
             warm: whether expectation-maximisation starts from this policy's mixture.
         """
+        truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
         other.model.fit(demonstrations, self.model.fitted() if warm else None)

@@ -230,6 +230,7 @@ class TPGMM:
         n_inputs, dimension = self.blocks(mixture.n_dims)
         frames = situation(frames)
         real_number(ridge, "ridge", 0.0, LARGEST)
+        truth_value(shared, "shared")
         if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
             raise InvalidInputError(
                 f"the situation needs {mixture.n_frames} frames of dimension {dimension}, "

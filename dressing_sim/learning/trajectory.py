@@ -172,6 +172,7 @@ class TrajectoryTPGMM:
             demonstrations: with the same number of frames.
             warm: whether expectation-maximisation starts from this policy's mixture.
         """
+        truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
         other.model.fit(demonstrations, self.model.fitted() if warm else None)

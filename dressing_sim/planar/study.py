@@ -165,6 +165,17 @@ def _runs(jobs: list[_Job], workers: int) -> Iterator[Run]:
         yield from pool.map(_call, jobs)
 
 
+def check_study(data: PlanarData, config: StudyConfig, workers: int) -> None:
+    """Raise InvalidInputError unless a study can begin: here rather than in a worker."""
+    whole_number(workers, "workers", 1, 1024)
+    if config.options.max_demonstrations <= len(data.training):
+        raise InvalidInputError(
+            f"max_demonstrations is {config.options.max_demonstrations}, valid is more than the "
+            f"{len(data.training)} to learn from"
+        )
+    situation_sampler(data, config.situations)
+
+
 def run_study(
     data: PlanarData,
     config: StudyConfig,
@@ -182,13 +193,7 @@ def run_study(
     Raises:
         InvalidInputError: a configuration or demonstrations that cannot be used.
     """
-    whole_number(workers, "workers", 1, 1024)
-    if config.options.max_demonstrations <= len(data.training):
-        raise InvalidInputError(
-            f"max_demonstrations is {config.options.max_demonstrations}, valid is more than the "
-            f"{len(data.training)} to learn from"
-        )
-    situation_sampler(data, config.situations)  # fails here rather than in a worker
+    check_study(data, config, workers)
     initial = _policy(config).fit(data.training)
     selections = SELECTIONS if data.validation else SELECTIONS[:1]
     jobs = [
