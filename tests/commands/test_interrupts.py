@@ -16,7 +16,11 @@ COMMAND = (
     + """
 import sys
 from dressing_sim import cli
-print("ready", flush=True)
+real = cli._run
+def run(given):
+    print("ready", flush=True)
+    real(given)
+cli._run = run
 cli.main(sys.argv[1:])
 """
 )

@@ -37,13 +37,13 @@ def compiled(function: F) -> F:
 
 
 class _Cache(FunctionCache):
-    """Numba's cache, in which a fault is a miss."""
+    """Numba's cache, in which a fault is a miss; `free` of the lock, which earlier ones held."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         file = self._cache_file
         self._cache_file = _CheckedFile(
-            self._cache_path, f"{self._impl.filename_base}.checked", file._source_stamp
+            self._cache_path, f"{self._impl.filename_base}.free", file._source_stamp
         )
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
