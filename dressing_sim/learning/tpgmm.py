@@ -38,8 +38,7 @@ from dressing_sim.learning.shrinkage import shrink_between
 
 Encoding = Literal["trajectory", "time"]
 
-#: More Gaussians are not meant.
-MOST_COMPONENTS = 1000
+MOST_COMPONENTS = 1000  # more are not meant
 
 
 class TPGMM:
@@ -92,17 +91,13 @@ class TPGMM:
         one_of(encoding, "encoding", get_args(Encoding))
         one_of(initialisation, "initialisation", get_args(Initialisation))
         real_number(time_scale, "time_scale", 0.0, LARGEST, above=True)
-        if dt is not None:
-            real_number(dt, "dt", 0.0, LARGEST, above=True)
+        real_number(1.0 if dt is None else dt, "dt", 0.0, LARGEST, above=True)
         for name, value in (("relative_floor", relative_floor), ("shrinkage", shrinkage)):
             truth_value(value, name)
         of_kind(options, (EMOptions, NoneType), "options", "EMOptions or None")
         of_kind(rng, (np.random.Generator, NoneType), "rng", "a random generator or None")
-        floors = (
-            (floor, floor)
-            if isinstance(floor, int | float | np.number)
-            else listed(floor, "floor", "numbers")
-        )
+        pair = (floor, floor) if isinstance(floor, int | float | np.number) else floor
+        floors = listed(pair, "floor", "numbers")
         for one in floors:
             real_number(one, "a covariance floor", 0.0, LARGEST)
         self.n_components = n_components
@@ -288,7 +283,7 @@ class TPGMM:
         )
         model.predictive.check()
         if model.mixture.n_components != model.n_components:
-            raise InvalidInputError("its number of components is not that of its arrays")
+            raise InvalidInputError("its number of components is not its arrays'")
         model.record = EMRecord(arrays["log_likelihoods"], converged)
         model.step_time = step_time
         return model
