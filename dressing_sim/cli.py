@@ -7,11 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import tyro
-
-from dressing_sim.commands.parsing import errors_in_one_line
 from dressing_sim.errors import DressingSimError, one_line
-from dressing_sim.numerics import common_environment
+from dressing_sim.interrupts import EXIT_CODE, answered_at_once, say_interrupted
 
 #: Of an error; names of all that is valid may make it long [letters].
 _LONGEST = 4000
@@ -43,25 +40,42 @@ def _commands() -> dict[str, Any]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command; an error that a user can mend is one line on standard error, exit code 2."""
+    with answered_at_once() as interrupts:
+        try:
+            _run(sys.argv[1:] if arguments is None else arguments)
+        except DressingSimError as error:
+            print(f"dressing-sim: {one_line(str(error), _LONGEST)}", file=sys.stderr)
+            raise SystemExit(2) from None
+        except BrokenPipeError:
+            # Whoever read our output has had enough; do not complain at exit either.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise SystemExit(141) from None
+        except KeyboardInterrupt:
+            say_interrupted()
+            raise SystemExit(EXIT_CODE) from None
+        except Exception:
+            # What is compiled may make an error of its own of Ctrl-C.
+            if not interrupts.heard.is_set():
+                raise
+            say_interrupted()
+            raise SystemExit(EXIT_CODE) from None
+
+
+def _run(given: Sequence[str]) -> None:
+    """Read the command line and run the command; what that imports is imported in here."""
+    from dressing_sim.numerics import common_environment
+
     # Before numpy is loaded: numbers should not hang on the kind of processor.
     os.environ.update(common_environment())
-    given = sys.argv[1:] if arguments is None else arguments
+    import tyro
+
+    from dressing_sim.commands.parsing import errors_in_one_line
+
     commands = _commands()
-    try:
-        with errors_in_one_line(given, list(commands)) as errors:
-            tyro.extras.subcommand_cli_from_dict(
-                {name: errors.once_parsed(command) for name, command in commands.items()},
-                prog="dressing-sim",
-                description="A simulated dressing-robot benchmark.",
-                args=given,
-            )
-    except DressingSimError as error:
-        print(f"dressing-sim: {one_line(str(error), _LONGEST)}", file=sys.stderr)
-        raise SystemExit(2) from None
-    except BrokenPipeError:
-        # Whoever read our output has had enough; do not complain at exit either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(141) from None
-    except KeyboardInterrupt:
-        print("dressing-sim: interrupted", file=sys.stderr)
-        raise SystemExit(130) from None
+    with errors_in_one_line(given, list(commands)) as errors:
+        tyro.extras.subcommand_cli_from_dict(
+            {name: errors.once_parsed(command) for name, command in commands.items()},
+            prog="dressing-sim",
+            description="A simulated dressing-robot benchmark.",
+            args=given,
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
@@ -51,6 +52,19 @@ def interrupt_blocked() -> Iterator[None]:
         yield
     finally:
         mask(signal.SIG_SETMASK, before)
+
+
+def check_may_start_processes() -> None:
+    """End this process with a line if it is a worker that runs a script from its top again.
+
+    A script that starts workers is imported by each of them; without a guard it would begin to
+    start workers there too, which Python refuses at length.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(
+            "dressing-sim: a script that evaluates starts processes, which import it again: put "
+            "what it does under if __name__ == '__main__':"
+        )
 
 
 def ignore_interrupt() -> None:

@@ -82,7 +82,7 @@ def watched():
 
 @pytest.fixture
 def world(posture, tmp_path, monkeypatch):
-    """A settled world of one's own. MuJoCo leaves its log of warnings in the current folder."""
+    """A settled world of one's own."""
     monkeypatch.chdir(tmp_path)
     dressing = Dressing(posture)
     dressing.reset()

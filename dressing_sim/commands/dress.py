@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dressing_sim.checks import shown
 from dressing_sim.commands.options import check_seed, new_film, print_outcome
 from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.files import is_file
@@ -100,8 +101,8 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
         if not str(error).startswith("unknown policy"):
             raise
         raise InvalidInputError(
-            f"policy {policy!r}: no such file, and {error}, or a file written by 'dressing-sim "
-            "learn'"
+            f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
+            "'dressing-sim learn'"
         ) from error
     return fresh.fit(_recorded(demonstrations, seed)) if learns(name) else fresh
 

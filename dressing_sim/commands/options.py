@@ -12,22 +12,30 @@ from rich.table import Table
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_writable
+from dressing_sim.pictures import CAMERAS, LARGEST_FPS, LARGEST_SIDE
 
 if TYPE_CHECKING:
     from dressing_sim.episode.outcome import Outcome
     from dressing_sim.pictures.video import Film
 
 
-def check_positive(name: str, value: int) -> None:
-    """Raise InvalidInputError unless an option is 1 or more."""
-    if value < 1:
-        raise InvalidInputError(f"{name} is {value}, valid is 1 or more")
+#: Of whatever is counted on the command line; more is a slip of the finger.
+MOST = 1_000_000
+
+#: More processes than any machine has processors.
+MOST_WORKERS = 1024
+
+
+def check_positive(name: str, value: int, most: int = MOST) -> None:
+    """Raise InvalidInputError unless an option is 1 or more, and not absurd."""
+    if not 1 <= value <= most:
+        raise InvalidInputError(f"{name} is {value}, valid is 1 or more, up to {most}")
 
 
 def check_seed(value: int) -> None:
     """Raise InvalidInputError unless a seed is 0 or more."""
-    if value < 0:
-        raise InvalidInputError(f"seed is {value}, valid is 0 or more")
+    if not 0 <= value < 2**63:
+        raise InvalidInputError(f"seed is {value}, valid is 0 or more, below 2 to the 63rd")
 
 
 def names(text: str) -> list[str]:
@@ -42,17 +50,21 @@ def new_film(video: Path | None, camera: str, fps: int, width: int, height: int)
         InvalidInputError: An option is not valid, or the file cannot be written.
         DressingSimError: No OpenGL works here.
     """
-    for option, number in (("fps", fps), ("width", width), ("height", height)):
-        check_positive(option, number)
+    for option, number, most in (
+        ("fps", fps, LARGEST_FPS),
+        ("width", width, LARGEST_SIDE),
+        ("height", height, LARGEST_SIDE),
+    ):
+        check_positive(option, number, most)
+    if camera not in CAMERAS:
+        raise InvalidInputError(f"unknown camera {camera!r:.60}; valid is {', '.join(CAMERAS)}")
     if video is None:
         return None
-    from dressing_sim.pictures.rendering import CAMERAS, gl_backend
+    from dressing_sim.pictures.rendering import gl_backend
     from dressing_sim.pictures.video import Film, check_format
 
     check_format(video, width, height)
     check_writable(video)
-    if camera not in CAMERAS:
-        raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
     gl_backend()  # without OpenGL, say so before simulating
     return Film(fps)
 

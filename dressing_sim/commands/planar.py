@@ -1,6 +1,5 @@
 """``dressing-sim planar``: the paper's planar study in one command."""
 
-import json as json_format
 import sys
 from pathlib import Path
 from typing import Literal
@@ -8,15 +7,16 @@ from typing import Literal
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from dressing_sim.archives import to_json
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import write_text
+from dressing_sim.files import check_writable, write_text
 from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import OPTIONS, Run, Situations, StudyConfig, run_study
+from dressing_sim.planar.study import OPTIONS, Run, Situations, StudyConfig, check_study, run_study
 from dressing_sim.provenance import provenance
 
 
@@ -87,7 +87,10 @@ def planar(
     )
     if validation is not None and demos is None:
         raise InvalidInputError("--validation needs --demos, the demonstrations to train on")
+    if out is not None:
+        check_writable(out / "summary.json")
     data = generate(seed) if demos is None else load(demos, validation)
+    check_study(data, config, workers)
     total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
@@ -98,10 +101,11 @@ def planar(
 
         study = run_study(data, config, workers, advance)
     result = {**summary(study), "provenance": provenance()}
+    text = to_json(result, "the study's result", indent=2) + "\n"
     if out is not None:
         from dressing_sim.planar.figures import draw
 
-        write_text(out / "summary.json", json_format.dumps(result, indent=2) + "\n")
+        write_text(out / "summary.json", text)
         write_text(out / "table.md", markdown(result))
         draw(study, out)
-    sys.stdout.write(json_format.dumps(result, indent=2) + "\n" if json else markdown(result))
+    sys.stdout.write(text if json else markdown(result))

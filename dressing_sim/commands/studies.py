@@ -17,7 +17,7 @@ from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.run.progress import show_progress
 from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.study import Study, run_study
-from dressing_sim.commands.options import check_positive
+from dressing_sim.commands.options import MOST_WORKERS, check_positive
 from dressing_sim.files import check_writable
 from dressing_sim.system import processors
 
@@ -43,7 +43,7 @@ def carry_out(
         The summary.
     """
     count = processors() if workers is None else workers
-    check_positive("workers", count)
+    check_positive("workers", count, MOST_WORKERS)
     check_writable(out / "report.md")
     study = study or find_study(plan.protocol.study)
     command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()

@@ -9,7 +9,7 @@ from dressing_sim.commands.options import check_positive, check_seed, names
 
 def validate(
     suite: str = "val50",
-    postures: int = 15,
+    postures: int | None = None,
     only: str | None = None,
     seed: int = 0,
     workers: int | None = None,
@@ -34,7 +34,7 @@ def validate(
 
     Args:
         suite: postures: a name, a JSON file, or random:N.
-        postures: how many of them, from the first.
+        postures: how many of them, from the first; 15, or all if there are fewer, by default.
         only: settings to try, separated by commas, besides default, finest and tolerance 1e-12
             (a converged solver), which are always included.
         seed: of the operator's variability.
@@ -49,7 +49,8 @@ def validate(
     from dressing_sim.benchmark.studies.convergence import convergence_plan
     from dressing_sim.commands.studies import carry_out
 
-    check_positive("postures", postures)
+    if postures is not None:
+        check_positive("postures", postures)
     check_seed(seed)
     wanted = None if only is None else [name for name in names(only) if name]
     plan = convergence_plan(suite, postures, wanted, seed)

@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from types import NoneType
 from typing import Any
 
 import mujoco
@@ -13,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
-from dressing_sim.control.tracking import finite
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.meter import Meter, Row
@@ -83,6 +84,10 @@ class Dressing:
         config: EpisodeConfig | None = None,
         rules: Sequence[Rule] = RULES,
     ) -> None:
+        of_kind(posture, Posture, "posture", "a Posture")
+        of_kind(config, (EpisodeConfig, NoneType), "config", "an EpisodeConfig or None")
+        for rule in listed(rules, "rules", "a sequence of rules"):
+            of_kind(rule, Rule, "a rule", "a Rule")
         self.posture = posture
         self.config = config or EpisodeConfig()
         self.rules = tuple(rules)
@@ -122,9 +127,9 @@ class Dressing:
         self._stopped = False
         self._invalid = self._world.invalid_reason
         q = self._world.arm_configuration
-        first = q if command is None else finite("joint command", command, len(q), "rad")
+        first = q if command is None else real_vector(command, len(q), "joint command has", "rad")
         velocity = (first - q) / config.tracking.dt
-        self._target = self.start if target is None else finite("target", target, 3, "m")
+        self._target = self.start if target is None else real_vector(target, 3, "target has", "m")
         self._tracker.reset(first, velocity if command is not None else None, self._target)
         self._command, self._velocity = first, np.zeros_like(first)
         self._begun = True
@@ -161,9 +166,11 @@ class Dressing:
                 kinematics if not given.
         """
         self._check_goes_on()
-        q = finite("joint command", command, len(self._command), "rad")
+        q = real_vector(command, len(self._command), "joint command has", "rad")
         self._tracker.reset(q, (q - self._command) / self.config.tracking.dt)
-        place = self._tracker.target if target is None else finite("target", target, 3, "m")
+        place = (
+            self._tracker.target if target is None else real_vector(target, 3, "target has", "m")
+        )
         return self._advance(q, place)
 
     def _check_goes_on(self) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import NoneType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import function_or_none, of_kind, whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.control import JointTrajectory
 from dressing_sim.episode.config import EpisodeConfig
@@ -21,7 +23,7 @@ from dressing_sim.episode.rule import Rule
 from dressing_sim.episode.rules import RULES
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.learning import Policy
-from dressing_sim.path import Path, policy_path
+from dressing_sim.path import Path, check_source, policy_path
 
 #: Seconds between the points of a path whose maker does not say.
 DEFAULT_PATH_DT = 0.05
@@ -65,6 +67,10 @@ def record(
     Raises:
         InvalidInputError: The path, or a target, has the wrong shape or is not finite.
     """
+    whole_number(seed, "seed", 0, 2**63 - 1)
+    function_or_none(observer, "observer")
+    if not callable(getattr(source, "act", None)):
+        check_source(source)
     dressing = Dressing(posture, config, rules)
     if dressing.invalid is not None:
         # Nobody is asked for a path from a place that makes no sense.
@@ -103,6 +109,8 @@ def demonstrate(
     Raises:
         DemonstrationFailed: The robot could not move; the error has the outcome.
     """
+    of_kind(operator, (Operator, NoneType), "operator", "an Operator or None")
+    of_kind(config, (EpisodeConfig, NoneType), "config", "an EpisodeConfig or None")
     operator = operator or Operator()
     config = config or EpisodeConfig()
     recording = record(operator, posture, seed, config, observer)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.checks import real_vector
 from dressing_sim.control import JointTrajectory, track_path
-from dressing_sim.control.tracking import finite
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.meter import Row
 from dressing_sim.episode.observation import Force, Observation
@@ -139,7 +139,7 @@ def close_the_loop(
 def _target(name: str, wanted: object) -> NDArray[np.float64]:
     """What a policy's `act` returned, once it is a target."""
     try:
-        return finite(f"{name}: act returned a target", wanted, 3, "m")
+        return real_vector(wanted, 3, f"{name}: act returned a target of", "m")
     except InvalidInputError as error:
         raise PolicyError(str(error)) from error
 

@@ -18,11 +18,12 @@ Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), see ``em``.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dressing_sim.checks import one_of, real_array
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.em import Mixture
 from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
@@ -33,9 +34,8 @@ FUSION_ORDERS: tuple[FusionOrder, ...] = get_args(FusionOrder)
 
 def check_fusion(fusion: str) -> FusionOrder:
     """The fusion order, once it is one of the two that exist."""
-    if fusion not in FUSION_ORDERS:
-        raise InvalidInputError(f"fusion must be one of {', '.join(FUSION_ORDERS)}, not {fusion!r}")
-    return fusion
+    one_of(fusion, "fusion", FUSION_ORDERS)
+    return cast(FusionOrder, fusion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,8 @@ class Regression(NamedTuple):
         """
         from dressing_sim.learning.kernels.regression import regress
 
-        points = np.ascontiguousarray(queries, dtype=np.float64)
+        shape = ("T", self.input_means.shape[-1])
+        points = np.ascontiguousarray(real_array(queries, shape, "queries have"))
         means, covariances = regress(points, self)
         return check_finite(means), covariances
 

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import replacing
+from dressing_sim.pictures import LARGEST_FPS
 from dressing_sim.pictures.rendering import OffscreenRenderer, check_size
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.simulation import World
@@ -29,7 +31,7 @@ class Film:
     """
 
     def __init__(self, fps: int = 25) -> None:
-        self.fps = fps
+        self.fps = whole_number(fps, "fps", 1, LARGEST_FPS)
         self._states: list[NDArray[np.float64]] = []
         self._next: float | None = None
 

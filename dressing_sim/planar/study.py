@@ -5,10 +5,11 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
+from dressing_sim.checks import listed, of_kind, one_of, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.augment import METHODS, Augmentation, AugmentOptions, Method, augment
 from dressing_sim.learning.gmr import FusionOrder
@@ -42,10 +43,13 @@ class StudyConfig:
     situations: Situations = "paper"
 
     def __post_init__(self) -> None:
-        if self.runs < 1:
-            raise InvalidInputError(f"runs must be at least 1, not {self.runs}")
-        if self.seed < 0:
-            raise InvalidInputError(f"the seed must be >= 0, not {self.seed}")
+        whole_number(self.runs, "runs", 1, 100_000)
+        whole_number(self.seed, "the seed", 0, 2**63 - 1)
+        one_of(self.situations, "situations", get_args(Situations))
+        for method in listed(self.methods, "methods", "a sequence of methods"):
+            one_of(method, "a method", METHODS)
+        of_kind(self.options, AugmentOptions, "options", "AugmentOptions")
+        _policy(self)  # which checks its settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +165,17 @@ def _runs(jobs: list[_Job], workers: int) -> Iterator[Run]:
         yield from pool.map(_call, jobs)
 
 
+def check_study(data: PlanarData, config: StudyConfig, workers: int) -> None:
+    """Raise InvalidInputError unless a study can begin: here rather than in a worker."""
+    whole_number(workers, "workers", 1, 1024)
+    if config.options.max_demonstrations <= len(data.training):
+        raise InvalidInputError(
+            f"max_demonstrations is {config.options.max_demonstrations}, valid is more than the "
+            f"{len(data.training)} to learn from"
+        )
+    situation_sampler(data, config.situations)
+
+
 def run_study(
     data: PlanarData,
     config: StudyConfig,
@@ -178,9 +193,7 @@ def run_study(
     Raises:
         InvalidInputError: a configuration or demonstrations that cannot be used.
     """
-    if workers < 1:
-        raise InvalidInputError(f"workers must be at least 1, not {workers}")
-    situation_sampler(data, config.situations)  # fails here rather than in a worker
+    check_study(data, config, workers)
     initial = _policy(config).fit(data.training)
     selections = SELECTIONS if data.validation else SELECTIONS[:1]
     jobs = [

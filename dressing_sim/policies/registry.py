@@ -13,7 +13,8 @@ from pkgutil import iter_modules
 from typing import Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.checks import shown
+from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
@@ -90,7 +91,7 @@ def make_policy(name: str, seed: int = 0) -> Policy:
         inputs_of(policy)
         return cast(Policy, policy)
     except InvalidInputError as error:
-        raise InvalidInputError(f"policy {name!r}: {error}") from error
+        raise InvalidInputError(f"policy {shown(name, 400)}: {error}") from error
 
 
 def _made(factory: Callable[..., object], text: str | None, seed: int) -> object:
@@ -121,12 +122,12 @@ def _find(name: str) -> type:
     if name not in installed and ":" not in name:
         valid = ", ".join(dict.fromkeys([EXPERT, "default", *built_in(), *installed]))
         raise InvalidInputError(
-            f"unknown policy {name!r}; valid is one of {valid}, or module:Class"
+            f"unknown policy {shown(name, 400)}; valid is one of {valid}, or module:Class"
         )
     try:
         found = installed[name].load() if name in installed else _imported(name)
-    except (ImportError, AttributeError, TypeError, ValueError, SyntaxError) as error:
-        raise InvalidInputError(f"policy {name!r}: {error}") from error
+    except (Exception, SystemExit) as error:  # whatever a module of somebody else's does
+        raise InvalidInputError(f"policy {name!r}: {one_line(str(error))}") from error
     methods = {one for one in ("fit", "generate", "act", "make") if hasattr(found, one)}
     if not isinstance(found, type) or not ("fit" in methods or "make" in methods):
         raise InvalidInputError(

@@ -14,7 +14,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
-from dressing_sim.world.scene import WorldConfig, build_spec, grip_name
+from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 
 #: Cutoff of the low pass in the force sensors of gripper and arm [Hz]: own choice, of the order of
@@ -54,7 +54,7 @@ class World:
         self.posture = posture
         self.config = config
         self.mesh: SleeveMesh = mesh
-        self.model: mujoco.MjModel = spec.compile()
+        self.model = compiled(spec)
         self.data = mujoco.MjData(self.model)
         model = self.model
         self._tcp = model.body(TCP_BODY).id

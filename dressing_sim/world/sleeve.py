@@ -13,10 +13,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.checks import real_vector
+from dressing_sim.config import check_kinds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.garment import Garment
 
 FLEX = "sleeve"
+
+#: A sleeve of more vertices around, or along, would take hours to simulate.
+MOST_VERTICES = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,7 @@ class SleeveConfig:
     default of 0.95 an elbow pokes through the cloth at a few newtons."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "sleeve")
         for name in ("edge", "grip_width", "grip_depth", "contact_time"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0.0):
@@ -59,11 +65,13 @@ class SleeveConfig:
                 raise InvalidInputError(
                     f"sleeve: {name} is {getattr(self, name)}, valid for this garment is < {most:g}"
                 )
-        if len(self.grasp_offset) != 3 or not np.isfinite(self.grasp_offset).all():
+        offset = real_vector(self.grasp_offset, 3, "sleeve: grasp_offset has", "m")
+        object.__setattr__(self, "grasp_offset", tuple(offset.tolist()))
+        if max(self.vertices_around, self.vertices_along) > MOST_VERTICES:
             raise InvalidInputError(
-                f"sleeve: grasp_offset is {self.grasp_offset}, valid is three lengths in metres"
+                f"sleeve: edge is {self.edge}, valid is one that makes no more than "
+                f"{MOST_VERTICES} vertices around and along"
             )
-        object.__setattr__(self, "grasp_offset", tuple(map(float, self.grasp_offset)))
         if self.vertices_around < 6 or self.vertices_along < 3:
             raise InvalidInputError(
                 f"a sleeve of {self.vertices_around} x {self.vertices_along} vertices is too "

@@ -20,7 +20,7 @@ from dressing_sim.learning import (
 )
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.planar.files import load
-from dressing_sim.planar.study import StudySettings, run_study
+from dressing_sim.planar.study import StudyConfig, run_study
 
 EXPERTS = reaching_demonstrations(2, seed=4)
 FRESH = reaching_demonstrations(2, seed=40)
@@ -174,7 +174,7 @@ def test_unusable_settings_are_errors(arguments, message):
     ],
 )
 def test_the_papers_planar_runs(method, best, mean, sd):
-    study = run_study(load(PLANAR_FILE), StudySettings(methods=(method,)))
+    study = run_study(load(PLANAR_FILE), StudyConfig(methods=(method,)))
     costs = np.array([r.training_cost for r in study.of(method, "original")])
     assert len(costs) == 20
     assert costs.min() == pytest.approx(best, rel=0.015)

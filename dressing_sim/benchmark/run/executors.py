@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from dressing_sim.errors import DressingSimError
 from dressing_sim.numerics import common_to_children
 from dressing_sim.numerics import numerics as worker_numerics
-from dressing_sim.system import ignore_interrupt, interrupt_blocked
+from dressing_sim.system import check_may_start_processes, ignore_interrupt, interrupt_blocked
 
 Key = TypeVar("Key")
 
@@ -83,6 +83,7 @@ class Processes(Workers):
         self._open()
 
     def _open(self) -> None:
+        check_may_start_processes()
         # Spawned rather than forked: OpenGL, BLAS and MuJoCo hold threads that a fork would break.
         context = multiprocessing.get_context("spawn")
         # Nobody writes to the leash. It breaks when this process closes it, or is killed.
@@ -169,7 +170,10 @@ def completed(
             workers.renew()
             # Workers that die whatever they do are no fault of a call.
             if _died(workers, workers.submit(os.getpid)):
-                raise DressingSimError("no worker can be started here; is there enough memory?")
+                raise DressingSimError(
+                    "no worker can be started here; is there enough memory, and is a script's work "
+                    "under if __name__ == '__main__':?"
+                )
         for key, arguments in suspects:
             yield key, _alone(workers, function, arguments)
 

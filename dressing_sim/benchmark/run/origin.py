@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from dressing_sim.benchmark.run.agreement import differences
 from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.checks import of_kind
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import unlike
 from dressing_sim.policies.hosted import policy_origins
@@ -47,7 +48,10 @@ class Origin:
     @classmethod
     def of(cls, config: Mapping[str, Any]) -> Self:
         """From the config of a run."""
-        return cls(config.get(_KEY, {}), config.get("versions", {}))
+        found = [config.get(key, {}) for key in (_KEY, "versions")]
+        for value in found:
+            of_kind(value, Mapping, "config of a run: provenance", "an object")
+        return cls(*found)
 
     @classmethod
     def here(cls, plan: Plan, numerics: Mapping[str, str]) -> Self:

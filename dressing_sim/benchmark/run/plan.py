@@ -10,6 +10,7 @@ from typing import Any
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Json, Protocol
+from dressing_sim.checks import whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import load_demonstrations
@@ -123,7 +124,7 @@ class Plan:
             entries = tuple(from_plain(Entry, entry) for entry in values["protocol"]["entries"])
             return cls(
                 protocol=from_plain(Protocol, {**values["protocol"], "entries": entries}),
-                seed=int(values["seed"]),
+                seed=whole_number(values["seed"], "config of a run: seed"),
                 config=from_plain(EpisodeConfig, values["episode"]),
                 tested=tuple(map(Posture.from_dict, values["tested"])),
                 demonstrated={

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from dressing_sim.archives import check_size, read_json, unreadable
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
 from dressing_sim.benchmark.run.origin import Accept, Origin, check_resumable
@@ -27,6 +28,9 @@ from dressing_sim.system import lock_file
 
 CONFIG, EPISODES, SUMMARY = "config.json", "episodes.jsonl", "summary.json"
 DEMONSTRATIONS, POLICY_LOG = "demonstrations", "policies.log"
+
+#: Largest file of episodes that is read; one of a million episodes is smaller [bytes].
+MOST_EPISODES = 4 * 2**30
 
 #: A file that is locked while a run goes on; the others are replaced as they are written.
 _LOCK = ".lock"
@@ -151,7 +155,10 @@ def load_run(path: Path) -> RunFolder:
             f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
         )
     episodes = path / EPISODES
-    content = episodes.read_bytes() if episodes.is_file() else b""
+    content = b""
+    if episodes.is_file():
+        check_size(episodes, MOST_EPISODES)
+        content = episodes.read_bytes()
     return RunFolder(path, config, _whole_lines(content))
 
 
@@ -255,7 +262,7 @@ def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
     for number, line in enumerate(content.decode(errors="replace").splitlines(), start=1):
         try:
             yield int(json.loads(line)["index"]), line
-        except (json.JSONDecodeError, KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InvalidInputError(
                 f"{path}: line {number} is damaged ({line:.40}); delete it and use --resume"
             ) from error
@@ -274,11 +281,11 @@ def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
 def _read_config(path: Path) -> dict[str, Any] | None:
     file = path / CONFIG
     try:
-        values = json.loads(file.read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except (OSError, ValueError) as error:
-        raise InvalidInputError(f"{file}: cannot be read ({error})") from error
+        if not file.exists():
+            return None
+    except OSError as error:
+        raise unreadable(file, error) from error
+    values = read_json(file)
     if not isinstance(values, dict):
         raise InvalidInputError(f"{file}: not the config of a run")
     return values

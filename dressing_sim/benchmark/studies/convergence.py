@@ -41,6 +41,9 @@ from dressing_sim.provenance import versions
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import SolverConfig
 
+#: Postures of the study, from the first of the suite.
+N_POSTURES = 15
+
 #: The least share of verdicts in which the default settings must agree with the finest.
 REQUIRED_AGREEMENT = 0.95
 
@@ -58,18 +61,21 @@ MARGINS = (*COMPARED, "gripper_distance", "hit_force")
 
 
 def convergence_plan(
-    suite: str = "val50", postures: int = 15, only: Sequence[str] | None = None, seed: int = 0
+    suite: str = "val50",
+    postures: int | None = None,
+    only: Sequence[str] | None = None,
+    seed: int = 0,
 ) -> Plan:
     """The plan of the study.
 
     Args:
         suite: Postures.
-        postures: How many of them, from the first.
+        postures: How many of them, from the first; if None 15, or all if there are fewer.
         only: Settings to try besides the default, the finest and a converged solver; all if None.
         seed: Of the operator's variability.
 
     Raises:
-        InvalidInputError: There is no such suite or setting.
+        InvalidInputError: There is no such suite or setting, or fewer postures.
     """
     names = [setting.name for setting in settings()]
     unknown = sorted(set(only or ()) - set(names))
@@ -77,12 +83,17 @@ def convergence_plan(
         raise InvalidInputError(
             f"unknown setting {unknown[0]!r}; valid is one of {', '.join(names)}"
         )
+    arms = load_suite(suite)
+    if postures is not None and not 1 <= postures <= len(arms):
+        raise InvalidInputError(
+            f"postures is {postures}, valid is 1 to {len(arms)}, as many as suite {suite!r} has"
+        )
     wanted = {DEFAULT, FINEST, CONVERGED, *(names if only is None else only)}
     return Plan(
         Protocol("convergence", suite, (), study="convergence"),
         seed,
         EpisodeConfig(),
-        tuple(load_suite(suite)[:postures]),
+        tuple(arms[: N_POSTURES if postures is None else postures]),
         {},
         {"settings": [name for name in names if name in wanted]},
     )

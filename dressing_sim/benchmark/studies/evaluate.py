@@ -9,6 +9,7 @@ from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from dressing_sim.benchmark.records import EpisodeResult
@@ -19,9 +20,10 @@ from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.checks import listed, of_kind, truth_value, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.host import PolicyLimits
-from dressing_sim.system import processors
+from dressing_sim.system import check_may_start_processes, processors
 
 if TYPE_CHECKING:
     import pandas
@@ -129,6 +131,12 @@ def evaluate(
         InvalidInputError: An argument is not valid, or the protocol measures no episodes.
         DressingSimError: A demonstration failed.
     """
+    check_may_start_processes()
+    of_kind(out, (str, Path, NoneType), "out", "a folder or None")
+    truth_value(resume, "resume")
+    truth_value(pictures, "pictures")
+    of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "a file or None")
+    of_kind(policy_limits, (PolicyLimits, NoneType), "policy_limits", "PolicyLimits or None")
     plan = evaluation_plan(
         protocol, suite, policies, variation, seed, demonstrations, policy_limits
     )
@@ -136,8 +144,7 @@ def evaluate(
     if not isinstance(study, EpisodeStudy):
         raise InvalidInputError(f"protocol {protocol!r} dresses nobody; valid is one that does")
     count = processors() if workers is None else workers
-    if count < 1:
-        raise InvalidInputError(f"workers is {count}, valid is 1 or more")
+    whole_number(count, "workers", 1, 1024)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
         crew = stack.enter_context(Processes(count))
@@ -163,20 +170,25 @@ def evaluation_plan(
     Raises:
         InvalidInputError: There is no such protocol, suite, policy or factor.
     """
+    of_kind(protocol, str, "protocol", "a name")
     chosen = find_protocol(protocol)
     if chosen.study == "cost" and (suite, policies, variation) != (None, None, None):
         raise InvalidInputError(
             f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
         )
     if policies is not None:
-        listed = policies.split(",") if isinstance(policies, str) else policies
-        chosen = chosen.with_policies([policy_name(policy) for policy in listed])
+        names = policies.split(",") if isinstance(policies, str) else policies
+        found = listed(names, "policies", "names or classes in a list, or separated by commas")
+        chosen = chosen.with_policies([policy_name(policy) for policy in found])
     if variation is not None:
-        chosen = chosen.with_variation(variation)
+        factors = listed(variation, "variation", "names of factors in a list")
+        for factor in factors:
+            of_kind(factor, str, "a factor of variation", "a name")
+        chosen = chosen.with_variation(factors)
     if suite is not None:
+        of_kind(suite, str, "suite", "a name, a JSON file, or random:N")
         chosen = replace(chosen, suite=suite)
-    if seed < 0:
-        raise InvalidInputError(f"seed is {seed}, valid is 0 or more")
+    whole_number(seed, "seed", 0, 2**63 - 1)
     file = None if demonstrations is None else Path(demonstrations)
     return make_plan(chosen, seed, policy_limits=policy_limits, demonstrations=file)
 
@@ -195,6 +207,7 @@ def policy_name(policy: str | type[Policy]) -> str:
     """
     if isinstance(policy, str):
         return policy.strip()
+    of_kind(policy, type, "a policy", "a name or a class")
     module, place = policy.__module__, policy.__qualname__
     try:
         found = None if module == "__main__" else attrgetter(place)(import_module(module))

@@ -27,7 +27,8 @@ _SHA = hashlib.sha256().digest_size
 
 def compiled(function: F) -> F:
     """A function compiled by numba at its first call, or by an earlier process."""
-    dispatcher: Any = njit(error_model="numpy")(function)
+    # Without the interpreter's lock: else nothing could answer Ctrl-C.
+    dispatcher: Any = njit(error_model="numpy", nogil=True)(function)
     try:
         dispatcher._cache = _Cache(function)
     except (RuntimeError, OSError) as error:
@@ -37,11 +38,11 @@ def compiled(function: F) -> F:
 
 
 class _Cache(FunctionCache):
-    """Numba's cache, in which a fault is a miss."""
+    """Numba's cache, in which a fault is a miss; `free` of the lock, which earlier ones held."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        name = f"{self._impl.filename_base}.checked"
+        name = f"{self._impl.filename_base}.free"
         # Numba looks at the function's own file, but loops call those of other files.
         self._cache_file = _CheckedFile(self._cache_path, name, _source())
 
