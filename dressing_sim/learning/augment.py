@@ -180,14 +180,7 @@ def augment(
     Raises:
         InvalidInputError: demonstrations that cannot be learned from.
     """
-    of_kind(rng, np.random.Generator, "rng", "a random generator of numpy's")
-    of_kind(options, (AugmentOptions, NoneType), "options", "AugmentOptions or None")
-    if not all(callable(getattr(policy, name, None)) for name in _NEEDED if policy is not None):
-        raise InvalidInputError(
-            f"policy is {shown(policy)}, valid is None or something with {', '.join(_NEEDED)}"
-        )
-    of_kind(sampler, (SituationSampler, NoneType), "sampler", "something with sample, or None")
-    function_or_none(on_iteration, "on_iteration")
+    _check_arguments(rng, options, policy, sampler, on_iteration)
     options = options or AugmentOptions()
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)
@@ -224,6 +217,20 @@ def augment(
         if on_iteration is not None:
             on_iteration(candidate)
     return Augmentation(initial, initial_cost, current, cost, training, tuple(history))
+
+
+def _check_arguments(
+    rng: object, options: object, policy: object, sampler: object, on_iteration: object
+) -> None:
+    """Raise InvalidInputError unless the arguments of `augment` are of the right kinds."""
+    of_kind(rng, np.random.Generator, "rng", "a random generator of numpy's")
+    of_kind(options, (AugmentOptions, NoneType), "options", "AugmentOptions or None")
+    if not all(callable(getattr(policy, name, None)) for name in _NEEDED if policy is not None):
+        raise InvalidInputError(
+            f"policy is {shown(policy)}, valid is None or something with {', '.join(_NEEDED)}"
+        )
+    of_kind(sampler, (SituationSampler, NoneType), "sampler", "something with sample, or None")
+    function_or_none(on_iteration, "on_iteration")
 
 
 def _synthetic(
