@@ -19,6 +19,7 @@ def evaluate(
     scheduler: str | None = None,
     out: Path = Path("results/evaluate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
     pictures: bool = True,
     json: bool = False,
@@ -50,8 +51,9 @@ def evaluate(
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
@@ -75,6 +77,8 @@ def evaluate(
         workers=workers,
         scheduler=scheduler,
         resume=resume,
+        force=force,
+        inputs=[] if suite is None else [suite],
         accept_numerics=accept_numerics,
         json=json,
         remarks=remarks,

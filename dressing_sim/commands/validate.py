@@ -15,6 +15,7 @@ def validate(
     workers: int | None = None,
     out: Path = Path("results/validate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
     json: bool = False,
 ) -> None:
@@ -38,8 +39,9 @@ def validate(
             (a converged solver), which are always included.
         seed: of the operator's variability.
         workers: processes, as many as processors unless given; verdicts do not depend on it.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         json: print the summary as JSON, and nothing else, to standard output.
     """
@@ -55,6 +57,8 @@ def validate(
         out,
         workers=workers,
         resume=resume,
+        force=force,
+        inputs=[suite],
         accept_numerics=accept_numerics,
         json=json,
         files="report.md, report.html, convergence.svg, summary.json, episodes.jsonl",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import is_file, replacing
+from dressing_sim.files import is_file, write_bytes
 from dressing_sim.learning.frame import Situation
 from dressing_sim.provenance import provenance, versions
 
@@ -92,7 +92,8 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this. An attribute
     ``provenance`` of the file says, as JSON too, what wrote it (see `dressing_sim.provenance`).
     """
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    # Made in memory: HDF5 does not come back from a disk that is full.
+    with h5py.File(str(path), "w", driver="core", backing_store=False) as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
         file.attrs["format"] = np.bytes_(FORMAT)
@@ -110,6 +111,9 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
             group.attrs["settings"] = _text(demonstration.settings)
             group.attrs["versions"] = _text(demonstration.versions)
             group.attrs["sha256"] = np.bytes_(_digest(demonstration))
+        file.flush()
+        content = file.id.get_file_image()
+    write_bytes(path, content)
 
 
 def _text(value: object) -> np.bytes_:

@@ -232,6 +232,7 @@ def run_study(
     *,
     resume: bool = False,
     accept_numerics: bool = False,
+    force: bool = False,
     progress: Progress = silent,
     command: str = "",
 ) -> Finished[ResultT]:
@@ -244,6 +245,7 @@ def run_study(
         out: Folder for the results; a finished run in it is replaced.
         resume: Continue the run in the folder, if there is one.
         accept_numerics: Continue it with other numerics too.
+        force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         progress: Told after each demonstration, policy and job.
         command: What was typed, for the report.
 
@@ -251,7 +253,7 @@ def run_study(
         InvalidInputError: The folder cannot be used, or a policy's path is not valid.
         DressingSimError: A demonstration failed, or a worker died twice.
     """
-    with open_run(out, plan, resume, workers.numerics, accept_numerics) as folder:
+    with open_run(out, plan, resume, workers.numerics, accept_numerics, force) as folder:
         results = run_jobs(study, folder, workers, progress)
         summary = study.summarise(folder, results)
         summary["provenance"] = dict(folder.origin.provenance)
