@@ -53,7 +53,7 @@ def test_the_second_process_in_a_folder_says_so_at_once_and_the_first_goes_on(tm
         assert (second.returncode, output) == (2, "")
         assert errors == f"dressing-sim: {out}: another process is running in it\n"
     assert first.poll() is None
-    assert (out / "episodes.jsonl").read_bytes() == before
+    assert (out / "episodes.jsonl").read_bytes().startswith(before)
     (folder / "hold-1").unlink()
     _, errors = first.communicate()
     assert first.returncode == 0, errors

@@ -65,6 +65,11 @@ def check_own(path: Path) -> None:
         return
     except OSError as error:
         raise unwritable(path, error) from error
+    config = read_config(path) if CONFIG in names else None
+    if config is not None and not study_of(config):
+        raise InvalidInputError(
+            f"{path / CONFIG}: not the config of a run; choose another --out, or use --force"
+        )
     if names & {CONFIG, REPLACED}:
         return
     names -= {LOCK, EPISODES} if begun else {LOCK}
@@ -94,10 +99,6 @@ def remove_own_leftovers(path: Path) -> None:
 
 def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resume: bool) -> None:
     """Raise InvalidInputError unless the run in a folder may be replaced or go on."""
-    if not study_of(earlier):
-        raise InvalidInputError(
-            f"{path / CONFIG}: not the config of a run; choose another --out, or use --force"
-        )
     if study_of(earlier) != plan.protocol.study:
         raise InvalidInputError(
             f"{path} holds a run of another study, {study_of(earlier)!r}; choose another --out, or "
