@@ -21,12 +21,12 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
+from crash_checks import STUDIES, Whole, check_end, check_killed, contents, stamps
+
 from dressing_sim.cli import main as command_line
-from dressing_sim.files import is_leftover
 from dressing_sim.numerics import common_environment
 
 #: Loaded once for all commands, which are forks of this process.
@@ -50,7 +50,6 @@ COMMANDS = {
     "evaluate": (f"evaluate --suite two.json --policies expert,tp-gmm?samples=60 {RUN}", 4),
     "thresholds": ("thresholds --suite one.json --policies expert --workers 1 --out OUT", 1.5),
 }
-STUDIES = ("evaluate", "thresholds")
 
 
 def begin(arguments: list[str]) -> int:
@@ -80,27 +79,6 @@ def finish(child: int) -> None:
         raise AssertionError(f"exit code {code}: {Path('log').read_text()[-500:]}")
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    """The files of a folder; a report says what was typed, which differs."""
-    files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
-    return {
-        name: b"" if path.name.startswith("report.") else path.read_bytes()
-        for name, path in files.items()
-        if path.is_file()
-    }
-
-
-def stamps(folder: Path) -> dict[str, tuple[int, int]]:
-    """What changes when anything is written in a folder."""
-    found = {}
-    for root, _, names in os.walk(folder):
-        for path in (root, *(os.path.join(root, name) for name in names)):
-            with contextlib.suppress(OSError):
-                status = os.stat(path)
-                found[path] = status.st_mtime_ns, status.st_size
-    return found
-
-
 def disturb(child: int, out: Path, draw: random.Random, seconds: float, most: int) -> bool:
     """Kill a command at a random moment or after some changes; whether it had not ended by then."""
     end = time.monotonic() + draw.uniform(0.0, seconds)
@@ -127,48 +105,13 @@ def typed(name: str, out: Path, *more: str) -> list[str]:
     return [word.replace("OUT", str(out)) for word in COMMANDS[name][0].split()] + list(more)
 
 
-@dataclass(frozen=True)
-class Whole:
-    """A command's result if nobody disturbs it, how long that takes, and an earlier result."""
-
-    files: dict[str, bytes]
-    seconds: float
-    earlier: Path
-
-    @classmethod
-    def of(cls, name: str) -> Whole:
-        """Run it, after another seed's run, as the first may compile."""
-        earlier, out = Path("earlier") / name, Path("whole") / name
-        finish(begin(typed(name, earlier, *([] if name == "learn" else ["--seed", "5"]))))
-        start = time.monotonic()
-        finish(begin(typed(name, out)))
-        return cls(contents(out), time.monotonic() - start, earlier)
-
-
-def lines(files: dict[str, bytes]) -> list[bytes]:
-    """The whole lines of a run."""
-    return files.get("episodes.jsonl", b"").split(b"\n")[:-1]
-
-
-def check_killed(
-    name: str, before: dict[str, bytes], after: dict[str, bytes], whole: Whole, resumed: bool
-) -> None:
-    """Every file is the old one or the new one; lines are those of one run, none of them twice."""
-    earlier = contents(whole.earlier)
-    assert len(set(lines(after))) == len(lines(after)), "a line is there twice"
-    for run in (whole.files, earlier):
-        if set(lines(after)) <= set(lines(run)):
-            break
-    else:
-        raise AssertionError("a line is of no run, or of another than the rest")
-    if resumed:
-        assert set(lines(before)) <= set(lines(after)), "a line is gone"
-    if name not in STUDIES:
-        for file, content in before.items():
-            if not is_leftover(Path(file).name, lambda _: True):
-                new = whole.files.get(file)
-                assert after.get(file) in (content, new), f"{file} is damaged or gone"
-    assert ("notes.txt" in before) == ("notes.txt" in after), "somebody's file is gone"
+def undisturbed(name: str) -> Whole:
+    """The result of a command, after that of another seed, as the first may compile."""
+    earlier, out = Path("earlier") / name, Path("whole") / name
+    finish(begin(typed(name, earlier, *([] if name == "learn" else ["--seed", "5"]))))
+    start = time.monotonic()
+    finish(begin(typed(name, out)))
+    return Whole(contents(out), time.monotonic() - start, earlier)
 
 
 def one_round(name: str, out: Path, whole: Whole, draw: random.Random) -> int:
@@ -191,10 +134,7 @@ def one_round(name: str, out: Path, whole: Whole, draw: random.Random) -> int:
         else:
             finish(child)
         check_killed(name, before, contents(out), whole, resumed)
-    end = contents(out)
-    assert set(end) == set(wanted), f"files differ: {sorted(set(end) ^ set(wanted))}"
-    for file, content in wanted.items():
-        assert end[file] == content, f"{file} has other bits"
+    check_end(contents(out), wanted)
     return killed
 
 
@@ -225,7 +165,7 @@ def main() -> None:
             if time.monotonic() > last:
                 break
             if name not in wholes:
-                wholes[name] = Whole.of(name)
+                wholes[name] = undisturbed(name)
             rounds[name] += 1
             try:
                 kills[name] += one_round(name, Path("out"), wholes[name], draw)

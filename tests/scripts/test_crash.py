@@ -3,6 +3,7 @@ import subprocess
 import sys
 
 import crash
+from crash_checks import Whole, check_killed
 
 
 def test_two_rounds_lose_nothing():
@@ -22,7 +23,7 @@ def test_what_is_lost_doubled_or_damaged_is_a_fault(tmp_path):
     earlier.mkdir()
     (earlier / "shown.h5").write_bytes(b"old")
     lines = {"episodes.jsonl": b"1\n2\n3\n"}
-    run, file = crash.Whole(lines, 1.0, earlier), crash.Whole({"shown.h5": b"new"}, 1.0, earlier)
+    run, file = Whole(lines, 1.0, earlier), Whole({"shown.h5": b"new"}, 1.0, earlier)
     before = {"episodes.jsonl": b"1\n2\n"}
     faults = [
         ("evaluate", before, {"episodes.jsonl": b"1\n"}, run, "a line is gone"),
@@ -40,7 +41,7 @@ def test_what_is_lost_doubled_or_damaged_is_a_fault(tmp_path):
 
 def fault_of(name, before, after, whole):
     try:
-        crash.check_killed(name, before, after, whole, resumed=name == "evaluate")
+        check_killed(name, before, after, whole, resumed=name == "evaluate")
     except AssertionError as fault:
         return str(fault)
     return ""
