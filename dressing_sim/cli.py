@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,10 @@ from dressing_sim.interrupts import EXIT_CODE, answered_at_once, say_interrupted
 
 #: Of an error; names of all that is valid may make it long [letters].
 _LONGEST = 4000
+
+
+#: What an error of writing to a full or broken disk is, of which no file's name is known.
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def _commands() -> dict[str, Any]:
@@ -48,8 +53,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise SystemExit(2) from None
         except BrokenPipeError:
             # Whoever read our output has had enough; do not complain at exit either.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _silence()
             raise SystemExit(141) from None
+        except OSError as error:
+            # Results are written by functions that name their file: this is what is left.
+            where = f"{error.filename}: " if error.filename else ""
+            if not where and error.errno in _FULL:
+                where = "standard output: cannot be written, "
+                _silence()
+            told = one_line(f"{where}{error.strerror or error}", _LONGEST)
+            print(f"dressing-sim: {told}", file=sys.stderr)
+            raise SystemExit(2) from None
         except KeyboardInterrupt:
             say_interrupted()
             raise SystemExit(EXIT_CODE) from None
@@ -79,3 +93,9 @@ def _run(given: Sequence[str]) -> None:
             description="A simulated dressing-robot benchmark.",
             args=given,
         )
+    sys.stdout.flush()
+
+
+def _silence() -> None:
+    """Send what is still to be printed nowhere: it would be an error again at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

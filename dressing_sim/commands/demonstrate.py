@@ -10,13 +10,14 @@ import tyro
 
 from dressing_sim.commands.options import check_seed
 from dressing_sim.errors import DressingSimError
-from dressing_sim.files import check_writable
+from dressing_sim.files import check_output
 
 
 def demonstrate(
     suite: tyro.conf.Positional[str],
     out: Path = Path("demonstrations.h5"),
     seed: int = 0,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Record the scripted operator on the postures of a suite, in an HDF5 file.
@@ -29,6 +30,7 @@ def demonstrate(
         suite: postures to demonstrate on: a name, a JSON file, or random:N[:SEED].
         out: file to write.
         seed: of the operator's variability.
+        force: replace a file that is there already.
         json: print what was recorded as JSON.
     """
     from dressing_sim.benchmark.run.plan import posture_seed
@@ -39,7 +41,7 @@ def demonstrate(
     from dressing_sim.suites.suites import load_suite
 
     check_seed(seed)
-    check_writable(out)
+    check_output(out, force, [suite])
     recorded, lines = [], []
     for posture in load_suite(suite):
         try:
@@ -58,6 +60,7 @@ def demonstrate(
         lines.append(
             {"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()}
         )
+    check_output(out, force, [suite])  # it took long
     save_demonstrations(out, recorded)
     if json:
         print(json_format.dumps({"file": str(out), "demonstrations": lines}, indent=2))

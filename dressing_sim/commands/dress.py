@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from dressing_sim.checks import shown
 from dressing_sim.commands.options import check_seed, new_film, print_outcome
 from dressing_sim.errors import InvalidInputError, PolicyError
-from dressing_sim.files import is_file
+from dressing_sim.files import check_output, is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +29,7 @@ def dress(
     fps: int = 25,
     width: int = 640,
     height: int = 480,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Dress one arm, and film it if wanted.
@@ -52,6 +53,7 @@ def dress(
         fps: pictures a second.
         width: of a picture, in pixels; even for .mp4.
         height: of a picture, in pixels; even for .mp4.
+        force: replace a film that is there already.
         json: print the outcome as JSON.
     """
     from dressing_sim.episode.config import EpisodeConfig
@@ -61,7 +63,8 @@ def dress(
     arm = find_posture(posture)
     check_seed(seed)
     config = EpisodeConfig()
-    film = new_film(video, camera, fps, width, height)
+    inputs = [posture, policy, demonstrations]
+    film = new_film(video, camera, fps, width, height, force, inputs)
     try:
         source = _source(policy, demonstrations, seed)
         outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
@@ -76,6 +79,7 @@ def dress(
     else:
         print_outcome(arm.name, outcome)
     if film is not None and video is not None:
+        check_output(video, force, inputs)  # it took long
         film.write(video, arm, config.world, camera, width, height)
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
 

@@ -20,6 +20,7 @@ def evaluate(
     scheduler: str | None = None,
     out: Path = Path("results/evaluate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
     accept_changes: bool = False,
     fit_time: float = 60.0,
@@ -59,8 +60,9 @@ def evaluate(
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         accept_changes: continue it with other versions of packages and of your policies too; rows
             that have episodes of both say so.
@@ -92,6 +94,8 @@ def evaluate(
         workers=workers,
         scheduler=scheduler,
         resume=resume,
+        force=force,
+        inputs=[] if suite is None else [suite],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

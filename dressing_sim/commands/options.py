@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_writable
+from dressing_sim.files import check_output
 from dressing_sim.pictures import CAMERAS, LARGEST_FPS, LARGEST_SIDE
 
 if TYPE_CHECKING:
@@ -43,11 +43,20 @@ def names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
 
-def new_film(video: Path | None, camera: str, fps: int, width: int, height: int) -> Film | None:
+def new_film(
+    video: Path | None,
+    camera: str,
+    fps: int,
+    width: int,
+    height: int,
+    force: bool = False,
+    inputs: Iterable[str | Path] = (),
+) -> Film | None:
     """A film to expose, or None if none is wanted, once it is known that it can be written.
 
     Raises:
-        InvalidInputError: An option is not valid, or the file cannot be written.
+        InvalidInputError: An option is not valid, or the file cannot be written, or is one of the
+            inputs, or is there already and not to be replaced by force.
         DressingSimError: No OpenGL works here.
     """
     for option, number, most in (
@@ -64,7 +73,7 @@ def new_film(video: Path | None, camera: str, fps: int, width: int, height: int)
     from dressing_sim.pictures.video import Film, check_format
 
     check_format(video, width, height)
-    check_writable(video)
+    check_output(video, force, inputs)
     gl_backend()  # without OpenGL, say so before simulating
     return Film(fps)
 

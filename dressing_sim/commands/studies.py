@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_format
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,13 @@ from rich.console import Console
 from dressing_sim.benchmark.report.terminal import print_document
 from dressing_sim.benchmark.run.dask_workers import DaskWorkers
 from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.folder import RUN_FILES
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.run.progress import show_progress
 from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.study import Study, run_study
 from dressing_sim.commands.options import MOST_WORKERS, check_positive
-from dressing_sim.files import check_writable
+from dressing_sim.files import check_output
 from dressing_sim.system import processors
 
 
@@ -30,21 +32,24 @@ def carry_out(
     scheduler: str | None = None,
     json: bool,
     study: Study[Any, Any] | None = None,
+    inputs: Sequence[str] = (),
     remarks: str = "",
     files: str = "report.md, report.html, summary.json",
     **options: bool,
 ) -> dict[str, Any]:
     """Carry out a study, the plan's if None; print its report, `remarks` and `files`, or JSON.
 
-    `options` are those of `run_study`, such as ``resume``. Ctrl-C is answered by saying how the
-    run goes on, with exit code 130.
+    `inputs` are files, or names of something else, that the plan was made from. `options` are those
+    of `run_study`, such as ``resume``. Ctrl-C is answered by saying how the run goes on, with exit
+    code 130.
 
     Returns:
         The summary.
     """
     count = processors() if workers is None else workers
     check_positive("workers", count, MOST_WORKERS)
-    check_writable(out / "report.md")
+    for name in RUN_FILES:
+        check_output(out / name, True, inputs)
     study = study or find_study(plan.protocol.study)
     command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
     try:

@@ -15,6 +15,7 @@ def validate(
     workers: int | None = None,
     out: Path = Path("results/validate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
     accept_changes: bool = False,
     json: bool = False,
@@ -39,8 +40,9 @@ def validate(
             (a converged solver), which are always included.
         seed: of the operator's variability.
         workers: processes, as many as processors unless given; verdicts do not depend on it.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
         accept_changes: continue it with other versions of packages and of your policies too; rows
             that have episodes of both say so.
@@ -59,6 +61,8 @@ def validate(
         out,
         workers=workers,
         resume=resume,
+        force=force,
+        inputs=[suite],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

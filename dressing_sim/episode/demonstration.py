@@ -21,7 +21,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.checks import listed, of_kind, real_array, real_number, shown, whole_number
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import is_file, replacing
+from dressing_sim.files import is_file, write_bytes
 from dressing_sim.learning.frame import Situation
 from dressing_sim.path import check_metres
 from dressing_sim.provenance import provenance, versions
@@ -96,7 +96,8 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     demonstrations = listed(demonstrations, "demonstrations", "a sequence of Demonstrations")
     for one in demonstrations:
         of_kind(one, Demonstration, "one of the demonstrations", "a Demonstration")
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    # Made in memory: HDF5 does not come back from a disk that is full.
+    with h5py.File(str(path), "w", driver="core", backing_store=False) as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
         file.attrs["format"] = np.bytes_(FORMAT)
@@ -114,6 +115,9 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
             group.attrs["settings"] = _text(demonstration.settings)
             group.attrs["versions"] = _text(demonstration.versions)
             group.attrs["sha256"] = np.bytes_(_digest(demonstration))
+        file.flush()
+        content = file.id.get_file_image()
+    write_bytes(path, content)
 
 
 def _text(value: object) -> np.bytes_:

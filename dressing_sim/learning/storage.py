@@ -4,6 +4,7 @@ The file is written under a temporary name in the same folder and then moved, so
 either the old file or the whole new one.
 """
 
+import io
 import json
 from pathlib import Path
 from typing import Any, Protocol, Self, runtime_checkable
@@ -13,7 +14,7 @@ import numpy as np
 from dressing_sim.archives import read_npz, to_json
 from dressing_sim.checks import of_kind, real_array, shown
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import replacing
+from dressing_sim.files import write_bytes
 from dressing_sim.learning.frame import FloatArray
 from dressing_sim.provenance import provenance
 
@@ -46,8 +47,9 @@ def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Array
         "provenance": provenance(),
     }
     header = to_json(named, str(path), default=_plain)
-    with replacing(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
+    content = io.BytesIO()
+    np.savez(content, allow_pickle=False, header=np.array(header), **arrays)
+    write_bytes(path, content.getvalue())
     return Path(path)
 
 

@@ -1,6 +1,7 @@
 """The paper's figures, drawn from a study."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 from matplotlib.ticker import MaxNLocator
 
-from dressing_sim.files import replacing
+from dressing_sim.files import write_files
 from dressing_sim.learning.demonstrations import DemonstrationLike, in_frames
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.planar.box import outline
@@ -28,21 +29,34 @@ SIZE = 2.6  # of one panel, inches
 
 def draw(study: Study, folder: Path) -> list[Path]:
     """Write all figures as PNG files into ``folder`` and return their paths."""
-    figures = {
-        "demonstrations": _demonstrations(study),
-        "reproductions": _reproductions(study),
-        "generalisation": _generalisation(study),
-        "frames": _frames(study),
-        "cost": _cost(study),
-    }
-    paths = []
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        with replacing(path) as temporary:
-            figure.savefig(temporary, dpi=130, bbox_inches="tight", metadata={"Software": None})
+    pictures = drawn(study)
+    write_files({folder / name: content for name, content in pictures.items()})
+    return [folder / name for name in pictures]
+
+
+#: The files of `drawn`.
+NAMES = tuple(
+    f"{name}.png"
+    for name in ("demonstrations", "reproductions", "generalisation", "frames", "cost")
+)
+
+
+def drawn(study: Study) -> dict[str, bytes]:
+    """All figures as PNG files, by their names."""
+    figures = (
+        _demonstrations(study),
+        _reproductions(study),
+        _generalisation(study),
+        _frames(study),
+        _cost(study),
+    )
+    pictures = {}
+    for name, figure in zip(NAMES, figures, strict=True):
+        file = BytesIO()
+        figure.savefig(file, dpi=130, bbox_inches="tight", metadata={"Software": None})
         plt.close(figure)
-        paths.append(path)
-    return paths
+        pictures[name] = file.getvalue()
+    return pictures
 
 
 def _panels(n_rows: int, n_columns: int) -> tuple[Figure, Any]:

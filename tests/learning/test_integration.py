@@ -21,13 +21,13 @@ def field(gain, step=(0.0, 0.0)):
         residuals=np.eye(2)[None, None],
         ridge=np.zeros((1, 2, 2)),
         shared=False,
-    ).arrays()
+    )
 
 
 def path(field, start, steps=20, min_steps=0, longest=1e9, rest=0.0, count=1, end=None, radius=0.0):
     end = NOWHERE if end is None else np.array(end, dtype=float)
     start = np.array(start, dtype=float)
-    return integrate(start, *field, steps, min_steps, longest, rest, count, end, radius)
+    return integrate(start, field, steps, min_steps, longest, rest, count, end, radius)
 
 
 def test_a_linear_field_gives_a_geometric_path_to_the_last_step():

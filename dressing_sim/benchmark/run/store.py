@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from dressing_sim.archives import check_size, read_json, unreadable
+from dressing_sim.archives import check_size
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
+from dressing_sim.benchmark.run.folder import (
+    CONFIG,  # noqa: F401 (others ask for it here)
+    DEMONSTRATIONS,
+    EPISODES,
+    POLICY_LOG,
+    REPLACED,
+    begin,
+    check_own,
+    earlier_config,
+    locked,
+    read_config,
+    remove_own_leftovers,
+    write_config,
+)
 from dressing_sim.benchmark.run.origin import Accept, Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.episode.demonstration import (
@@ -24,19 +39,9 @@ from dressing_sim.episode.demonstration import (
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
 from dressing_sim.numerics import numerics as this_numerics
-from dressing_sim.system import lock_file
-
-CONFIG, EPISODES, SUMMARY = "config.json", "episodes.jsonl", "summary.json"
-DEMONSTRATIONS, POLICY_LOG = "demonstrations", "policies.log"
 
 #: Largest file of episodes that is read; one of a million episodes is smaller [bytes].
 MOST_EPISODES = 4 * 2**30
-
-#: A file that is locked while a run goes on; the others are replaced as they are written.
-_LOCK = ".lock"
-
-#: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
-_OWN_DEMONSTRATION = re.compile(r"(set\d+-.*|own)-[0-9a-f]{8}\.h5")
 
 
 class RunFolder:
@@ -113,7 +118,7 @@ class RunFolder:
 class OpenRun(RunFolder):
     """A run on disk that goes on, in this process alone; made by `open_run`."""
 
-    def __init__(self, path: Path, config: Mapping[str, Any], file: BinaryIO) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any], file: io.FileIO) -> None:
         file.seek(0)
         episodes = _whole_lines(file.read())
         file.truncate(len(episodes))
@@ -128,19 +133,35 @@ class OpenRun(RunFolder):
         """
         line = json.dumps(values)
         index, _ = next(_indexed(line.encode(), self.path / EPISODES))
+        self._check_there()
+        size = os.fstat(self._file.fileno()).st_size
+        rest = line.encode() + b"\n"
         try:
-            self._file.write(line.encode() + b"\n")
-            self._file.flush()
+            while rest:
+                rest = rest[self._file.write(rest) :]
             os.fsync(self._file.fileno())
         except OSError as error:
+            with suppress(OSError):  # else the next process drops the torn line
+                self._file.truncate(size)
             raise unwritable(self.path / EPISODES, error) from error
         self._lines[index] = line
         return self.line(index)
 
     def sort(self) -> None:
         """Order the file by index, which is the same for every number of workers."""
+        self._check_there()
         text = "".join(self._lines[index] + "\n" for index in sorted(self._lines))
         write_text(self.path / EPISODES, text)
+
+    def _check_there(self) -> None:
+        """Raise InvalidInputError if what is written would be nowhere."""
+        path = self.path / EPISODES
+        try:
+            there = os.path.samestat(os.fstat(self._file.fileno()), path.stat())
+        except OSError as error:
+            raise unwritable(path, error) from error
+        if not there:
+            raise InvalidInputError(f"{path}: cannot be written (somebody has replaced it)")
 
 
 def load_run(path: Path) -> RunFolder:
@@ -149,7 +170,7 @@ def load_run(path: Path) -> RunFolder:
     Raises:
         InvalidInputError: The folder holds no run, or a file in it is damaged.
     """
-    config = _read_config(path)
+    config = read_config(path)
     if config is None:
         raise InvalidInputError(
             f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
@@ -169,6 +190,7 @@ def open_run(
     resume: bool = False,
     numerics: Callable[[], Mapping[str, str]] = this_numerics,
     accept: Accept | None = None,
+    force: bool = False,
 ) -> Iterator[OpenRun]:
     """Begin a run in a folder, or continue the one that is there.
 
@@ -178,78 +200,44 @@ def open_run(
         resume: Continue, if the folder holds a run.
         numerics: Tells those of the workers (see `Workers.numerics`), or of this process.
         accept: With what else the run may go on; the folder then names both.
+        force: Begin anew whatever the folder holds; of it only files of a run's names are replaced.
 
     Raises:
-        InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
-            with another config or other numerics, or of another study, or another process is
-            writing to it, or it cannot be written to.
+        InvalidInputError: The folder holds an unfinished run and neither `resume` nor `force` is
+            set, or files that no run wrote and `force` is not, or a run with another config or
+            other numerics, or of another study, or another process is writing to it, or it cannot
+            be written to.
     """
+    if resume and force:
+        raise InvalidInputError("--resume and --force exclude each other")
     wanted = json.loads(json.dumps(plan.to_dict()))
-    with _locked(path):
-        earlier = _read_config(path)
-        if earlier is not None:
-            _check_replaceable(path, earlier, plan, resume)
+    if not force:
+        check_own(path)  # before a lock is put there
+    with locked(path):
+        earlier = earlier_config(path, plan, resume, force)
+        remove_own_leftovers(path)
         origin = Origin.here(plan, numerics())
         config = origin.into(wanted)
         if resume and earlier is not None:
             check_resumable(path, earlier, wanted, origin, accept or Accept())
             config = earlier
+        if config is not earlier:
+            begin(path, config, plan.protocol.study, earlier is not None)
         try:
-            file = (path / EPISODES).open("a+b")
+            (path / REPLACED).unlink(missing_ok=True)
+            file = io.FileIO(path / EPISODES, "a+")
         except OSError as error:
             raise unwritable(path / EPISODES, error) from error
         with file:
-            if config is not earlier:
-                _clear(path, file, plan.protocol.study)
-                # Written last: where there is a config, the other files belong to it.
-                _write_config(path, config)
             run = OpenRun(path, config, file)
             joined = run.origin.joined(origin, len(run.finished))
             if joined != run.origin:  # it goes on with other numerics, or other code, than it had
-                _write_config(path, joined.into(config))
+                write_config(path, joined.into(config))
                 run.origin = joined
             for name, own in plan.own_files.items():
                 if not run.own_file(name).exists():
                     save_demonstrations(run.own_file(name), load_demonstrations(own))
             yield run
-
-
-def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resume: bool) -> None:
-    """Raise InvalidInputError unless the run in a folder may be replaced or go on."""
-    if _study(earlier) != plan.protocol.study:
-        raise InvalidInputError(
-            f"{path} holds a run of another study, {_study(earlier)!r}; choose another --out"
-        )
-    if not resume and not (path / SUMMARY).exists():
-        raise InvalidInputError(
-            f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
-        )
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Keep other processes from running in a folder, which is made if it is not there.
-
-    Raises:
-        InvalidInputError: Another process is, or the folder cannot be written to.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        file = (path / _LOCK).open("ab")
-    except OSError as error:
-        raise unwritable(path, error) from error
-    with file:
-        try:
-            lock_file(file)
-        except BlockingIOError as error:
-            raise InvalidInputError(f"{path}: another process is running in it") from error
-        except OSError as error:
-            raise unwritable(path / _LOCK, error) from error
-        yield
-
-
-def _write_config(path: Path, config: Mapping[str, Any]) -> None:
-    write_text(path / CONFIG, json.dumps(config, indent=2) + "\n")
 
 
 def _whole_lines(content: bytes) -> bytes:
@@ -266,32 +254,3 @@ def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
             raise InvalidInputError(
                 f"{path}: line {number} is damaged ({line:.40}); delete it and use --resume"
             ) from error
-
-
-def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
-    """Remove an earlier run of a study, its config first; a plot's name begins with the study's."""
-    stale = [path / name for name in (CONFIG, SUMMARY, POLICY_LOG, "report.md", "report.html")]
-    stale += [plot for plot in path.glob("*.svg") if plot.name.startswith(study)]
-    stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
-    for file in stale:
-        file.unlink(missing_ok=True)
-    episodes.truncate(0)
-
-
-def _read_config(path: Path) -> dict[str, Any] | None:
-    file = path / CONFIG
-    try:
-        if not file.exists():
-            return None
-    except OSError as error:
-        raise unreadable(file, error) from error
-    values = read_json(file)
-    if not isinstance(values, dict):
-        raise InvalidInputError(f"{file}: not the config of a run")
-    return values
-
-
-def _study(config: Mapping[str, Any]) -> str:
-    """The name of a run's study; nothing where the config is damaged."""
-    protocol = config.get("protocol")
-    return str(protocol.get("study", "")) if isinstance(protocol, Mapping) else ""

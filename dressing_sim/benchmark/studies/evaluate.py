@@ -104,6 +104,7 @@ def evaluate(
     policy_limits: PolicyLimits | None = None,
     out: str | Path | None = None,
     resume: bool = False,
+    force: bool = False,
     pictures: bool = False,
     progress: Progress = silent,
 ) -> Evaluation:
@@ -124,6 +125,7 @@ def evaluate(
         policy_limits: Time and memory that other people's policies may use.
         out: Folder for the results; a temporary one if None.
         resume: Continue the run in the folder, if there is one.
+        force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         pictures: Draw the hardest postures in the report.
         progress: Told after each demonstration, policy and episode.
 
@@ -149,8 +151,9 @@ def evaluate(
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
         crew = stack.enter_context(Processes(count))
         command = f"dressing_sim.evaluate({policies!r}, {protocol=}, {suite=}, {seed=})"
+        options = {"resume": resume, "force": force}
         finished = run_study(
-            study, plan, crew, folder, resume=resume, progress=progress, command=command
+            study, plan, crew, folder, progress=progress, command=command, **options
         )
     rows = tuple(map(EvaluationRow.of, finished.summary["rows"]))
     return Evaluation(rows, tuple(finished.results), finished.summary)

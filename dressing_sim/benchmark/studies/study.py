@@ -234,6 +234,7 @@ def run_study(
     resume: bool = False,
     accept_numerics: bool = False,
     accept_changes: bool = False,
+    force: bool = False,
     progress: Progress = silent,
     command: str = "",
 ) -> Finished[ResultT]:
@@ -247,6 +248,7 @@ def run_study(
         resume: Continue the run in the folder, if there is one.
         accept_numerics: Continue it with other numerics too.
         accept_changes: Continue it with other code too; rows with episodes of both say so.
+        force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         progress: Told after each demonstration, policy and job.
         command: What was typed, for the report.
 
@@ -255,7 +257,7 @@ def run_study(
         DressingSimError: A demonstration failed, or a worker died twice.
     """
     accept = Accept(accept_numerics, accept_changes)
-    with open_run(out, plan, resume, workers.numerics, accept) as folder:
+    with open_run(out, plan, resume, workers.numerics, accept, force) as folder:
         results = run_jobs(study, folder, workers, progress)
         summary = study.summarise(folder, results)
         for row in summary.get("rows", ()):
