@@ -9,8 +9,10 @@ from pathlib import Path
 import tyro
 
 from dressing_sim.commands.options import check_seed
-from dressing_sim.errors import DressingSimError
 from dressing_sim.files import check_output
+
+#: Exit code if some demonstrations failed.
+SOME_FAILED = 3
 
 
 def demonstrate(
@@ -21,6 +23,8 @@ def demonstrate(
     json: bool = False,
 ) -> None:
     """Record the scripted operator on the postures of a suite, in an HDF5 file.
+
+    Demonstrations that fail are named and left out; the exit code is then 3.
 
     For example: dressing-sim demonstrate case_a --out case_a.h5
 
@@ -42,7 +46,7 @@ def demonstrate(
 
     check_seed(seed)
     check_output(out, force, [suite])
-    recorded, lines = [], []
+    recorded, lines, failed = [], [], []
     for posture in load_suite(suite):
         try:
             demonstration = record_one(posture, posture_seed(seed, posture))
@@ -52,17 +56,22 @@ def demonstrate(
         verdict = "success" if outcome.success else outcome.invalid or ", ".join(outcome.reasons)
         print(f"{posture.name}: {verdict}", file=sys.stderr)
         if not outcome.success:
-            raise DressingSimError(
-                f"the demonstration on posture {posture.name!r} failed ({verdict}); nothing was "
-                "written, choose another seed or posture"
-            )
+            failed.append(f"on posture {posture.name!r} failed ({verdict})")
+            continue
         recorded.append(demonstration)
         lines.append(
             {"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()}
         )
-    check_output(out, force, [suite])  # it took long
-    save_demonstrations(out, recorded)
+    if recorded:
+        check_output(out, force, [suite])  # it took long
+        save_demonstrations(out, recorded)
+    file = str(out) if recorded else None
     if json:
-        print(json_format.dumps({"file": str(out), "demonstrations": lines}, indent=2))
-    else:
+        print(json_format.dumps({"file": file, "demonstrations": lines}, indent=2))
+    elif recorded:
         print(f"{len(recorded)} demonstrations written to {out}")
+    if failed:
+        told = f"{', '.join(failed)}; choose another seed or posture"
+        written = f"the other {len(recorded)} are in {out}" if recorded else "nothing was written"
+        print(f"dressing-sim: the demonstration {told}; {written}", file=sys.stderr)
+        raise SystemExit(SOME_FAILED if recorded else 2)

@@ -67,7 +67,7 @@ class Film:
             path: Where to; its suffix says the format, one of `FORMATS`.
             posture: The arm of the episode.
             config: The world of the episode.
-            camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
+            camera: One of `dressing_sim.pictures.CAMERAS`.
             width: Of a picture [pixels].
             height: Of a picture [pixels].
 

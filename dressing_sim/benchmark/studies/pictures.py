@@ -50,7 +50,7 @@ def failure_picture(
         study: The run's.
         folder: The run.
         result: Which episode.
-        camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
+        camera: One of `dressing_sim.pictures.CAMERAS`.
         width: Of the picture [pixels].
         height: Of the picture [pixels].
 
