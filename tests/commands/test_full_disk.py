@@ -95,8 +95,16 @@ def test_a_full_disk_is_one_line_that_names_the_file_and_leaves_all_as_it_was(
     assert contents(folder / "disk") == before
 
 
-@pytest.mark.parametrize("most", [5000, 9000, 30000])
-@pytest.mark.parametrize("command", ["evaluate", "thresholds", "validate"])
+@pytest.mark.parametrize(
+    ("command", "most"),
+    [
+        ("evaluate", 5000),
+        ("evaluate", 9000),
+        ("evaluate", 30000),
+        ("thresholds", 9000),
+        ("validate", 9000),
+    ],
+)
 def test_a_run_whose_disk_gets_full_goes_on_later_and_ends_with_the_same_bytes(
     command, most, folder, capsys
 ):
