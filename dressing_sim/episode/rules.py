@@ -44,7 +44,7 @@ class Unreachable(Rule):
 class Unanswered(Rule):
     """The policy answers with a path. Broken before anything moves, or in closed loop at a step."""
 
-    name, title, colour = "policy_error", "the policy gave no answer", "#999933"
+    name, title, colour = "policy_error", "the policy gave no answer", "#2200bb"
 
     def margin(self, evidence: Evidence) -> float:
         return 0.0

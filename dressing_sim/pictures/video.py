@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import imageio.v2 as imageio
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.checks import whole_number
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import replacing, write_bytes
+from dressing_sim.files import fill, replacing, write_bytes
 from dressing_sim.pictures import LARGEST_FPS
 from dressing_sim.pictures.rendering import OffscreenRenderer, check_size
 from dressing_sim.world.scene import WorldConfig
@@ -84,8 +85,11 @@ class Film:
             if _is_gif(path):
                 write_bytes(path, _gif(pictures, self.fps))
                 return
-            with replacing(path) as temporary:
-                _write_mp4(temporary, pictures, self.fps, width, height)
+            # The encoder does not say why it cannot write; whoever writes its film does.
+            with replacing(path) as target, TemporaryDirectory() as folder:
+                film = Path(folder) / "film.mp4"
+                _write_mp4(film, pictures, self.fps, width, height)
+                fill(target, film.read_bytes())
 
 
 def _gif(pictures: Iterable[NDArray[np.uint8]], fps: int) -> bytes:

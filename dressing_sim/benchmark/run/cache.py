@@ -26,7 +26,7 @@ from dressing_sim.provenance import source_hash, versions
 #: A folder for the cache; if it is empty, nothing is kept.
 VARIABLE = "DRESSING_SIM_CACHE"
 
-#: So many are kept, the latest; a demonstration has some 50 kB.
+#: So many are kept; a demonstration has some 50 kB.
 MOST = 2000
 
 _LOG = logging.getLogger("dressing_sim")
@@ -74,9 +74,8 @@ def _code() -> str | None:
 
 
 def _forget(folder: Path) -> None:
-    """Remove the oldest files beyond `MOST`."""
-    files = sorted(folder.glob("*.h5"), key=lambda file: file.stat().st_mtime)
-    for file in files[: max(0, len(files) - MOST)]:
+    """Remove files beyond `MOST`; which of them is chance, as their names are hashes."""
+    for file in sorted(folder.glob("*.h5"))[MOST:]:
         file.unlink(missing_ok=True)
 
 

@@ -150,9 +150,10 @@ def begin(path: Path, config: Mapping[str, Any], study: str, own: bool) -> None:
         study: Of the new run.
         own: Whether what was there is a run of the same study.
     """
-    with replacing(path / CONFIG) as new, replacing(path / EPISODES):
+    with replacing(path / CONFIG) as new:
         fill(new, _text(config))
-        _clear(path, study, own)
+        with replacing(path / EPISODES):
+            _clear(path, study, own)
 
 
 def _text(config: Mapping[str, Any]) -> str:

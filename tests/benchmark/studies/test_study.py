@@ -17,10 +17,10 @@ from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.benchmark.studies.tuning import Screening
 from dressing_sim.benchmark.studies.tuning_paths import PathMetrics
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.policies.hosted import Guarded
 from dressing_sim.policies.registry import EXPERT
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.sleeve import SleeveConfig
@@ -78,7 +78,8 @@ def test_each_policy_learns_from_its_demonstrations_and_dresses_its_part(tmp_pat
     for job in plan.jobs:
         source, shown, number = dressed[job.index], job.entry.demonstrations, job.demonstration_set
         if shown is None:
-            assert isinstance(source, Operator)
+            assert isinstance(source, Guarded)
+            assert source.name == EXPERT
             continue
         assert isinstance(source, FakePolicy)
         name, seed, learned = source.learned
