@@ -7,7 +7,7 @@ dressed, is the one next to the robot.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from numbers import Real
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.checks import shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import Frame, Situation
 
@@ -133,19 +134,19 @@ class Posture:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
-            raise InvalidInputError(f"posture {self.name!r}: valid is a name that is text")
+            raise InvalidInputError(f"posture {shown(self.name)}: valid is a name that is text")
         for angle, (low, high) in ANGLE_LIMITS_DEG.items():
             value = getattr(self, angle)
             number = isinstance(value, Real) and not isinstance(value, bool)
             if not (number and low <= value <= high):  # also false for NaN
                 raise InvalidInputError(
-                    f"posture {self.name!r}: {angle} is {value!r}, "
+                    f"posture {self.name!r}: {angle} is {shown(value)}, "
                     f"valid is {low:g} to {high:g}, a number of degrees"
                 )
             object.__setattr__(self, angle, float(value))
         if not isinstance(self.size, str) or self.size not in ARM_SIZES:
             raise InvalidInputError(
-                f"posture {self.name!r}: unknown size {self.size!r}, "
+                f"posture {self.name!r}: unknown size {shown(self.size)}, "
                 f"valid is one of {', '.join(ARM_SIZES)}"
             )
         place = _numbers(self.shoulder_position)
@@ -154,8 +155,8 @@ class Posture:
             for value, usual in zip(place, DEFAULT_SHOULDER, strict=True)
         ):
             raise InvalidInputError(
-                f"posture {self.name!r}: shoulder_position is {self.shoulder_position!r}, valid is "
-                f"{DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"
+                f"posture {self.name!r}: shoulder_position is {shown(self.shoulder_position)}, "
+                f"valid is {DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"
             )
         object.__setattr__(self, "shoulder_position", place)
 
@@ -231,21 +232,32 @@ class Posture:
         Raises:
             InvalidInputError: A key is missing or unknown, or a value is not valid.
         """
+        if not isinstance(values, Mapping):
+            raise InvalidInputError(
+                f"posture {shown(values)}: missing its name and angles, valid is an object"
+            )
         required = {"name", *ANGLE_LIMITS_DEG}
         allowed = {*required, "size", "shoulder_position"}
         name = values.get("name", "without a name")
         missing, unknown = required - set(values), set(values) - allowed
         if missing or unknown:
-            what = f"missing {sorted(missing)}" if missing else f"unknown {sorted(unknown)}"
+            what = (
+                f"missing {sorted(missing)}"
+                if missing
+                else f"unknown {shown(sorted(map(str, unknown)))}"
+            )
             raise InvalidInputError(
-                f"posture {name!r}: {what}, valid keys are {', '.join(sorted(allowed))}"
+                f"posture {shown(name)}: {what}, valid keys are {', '.join(sorted(allowed))}"
             )
         return cls(**values)
 
 
 def _numbers(values: object) -> tuple[float, ...]:
     """A tuple of floats, empty if the values are not all numbers."""
-    listed = list(values) if isinstance(values, Iterable) and not isinstance(values, str) else []
+    try:
+        listed = [] if isinstance(values, str) else list(values)  # type: ignore[call-overload]
+    except TypeError:
+        listed = []
     valid = all(isinstance(value, Real) and not isinstance(value, bool) for value in listed)
     return tuple(float(value) for value in listed) if valid else ()
 
@@ -281,7 +293,7 @@ def situation(
 ) -> Situation:
     """Frames of an arm given by its three joints (3,) [m], see `Posture.frames`."""
     joints = {"shoulder": shoulder, "elbow": elbow, "wrist": wrist}
-    unknown = [name for name in names if name not in FRAMES]
+    unknown = [name for name in names if not isinstance(name, str) or name not in FRAMES]
     if unknown:
-        raise InvalidInputError(f"unknown frame {unknown[0]!r}; valid is {', '.join(FRAMES)}")
+        raise InvalidInputError(f"unknown frame {shown(unknown[0])}; valid is {', '.join(FRAMES)}")
     return Situation.of([gravity_frame(joints[n], joints[FRAMES[n]]) for n in names], names)

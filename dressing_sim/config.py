@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from math import inf
 from numbers import Integral, Real
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
+from dressing_sim.checks import of_kind, shown
 from dressing_sim.errors import InvalidInputError
 
 T = TypeVar("T")
@@ -29,7 +31,7 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
     hints = get_type_hints(kind)
     if not isinstance(values, Mapping):
         raise InvalidInputError(
-            f"{kind.__name__}: got {values!r:.40}, valid is an object with the settings "
+            f"{kind.__name__}: got {shown(values, 40)}, valid is an object with the settings "
             f"{', '.join(hints)}"
         )
     unknown = set(values) - set(hints)
@@ -62,13 +64,37 @@ def _convert(hint: Any, value: Any, name: str) -> Any:
         kind, called = _PLAIN[hint]
         # A bool is an integer in Python, but nobody means 1 by true.
         if not isinstance(value, kind) or isinstance(value, bool) != (hint is bool):
-            raise InvalidInputError(f"{name} is {value!r:.40}, valid is {called}")
+            raise InvalidInputError(f"{name} is {shown(value, 40)}, valid is {called}")
     if get_origin(hint) is tuple:
         if not isinstance(value, list | tuple):
-            raise InvalidInputError(f"{name} is {value!r:.40}, valid is a list")
+            raise InvalidInputError(f"{name} is {shown(value, 40)}, valid is a list")
         inside = get_args(hint)[0]
         return tuple(_convert(inside, one, name) if inside in _PLAIN else one for one in value)
     return tuple(value) if isinstance(value, list) else value
+
+
+@cache
+def _hints(kind: Any) -> Mapping[str, Any]:
+    return get_type_hints(kind)
+
+
+def check_kinds(config: Any, kind: str) -> None:
+    """Refuse a configuration with a setting of another kind than it is declared.
+
+    Args:
+        config: The configuration.
+        kind: What it is called in the message.
+
+    Raises:
+        InvalidInputError: A number, text, truth value or configuration is none.
+    """
+    kinds: Any = type(config)
+    for name, hint in _hints(kinds).items():
+        value = getattr(config, name)
+        if is_dataclass(hint) and isinstance(hint, type):
+            of_kind(value, hint, f"{kind}: {name}", f"a {hint.__name__}")
+        elif hint in _PLAIN:
+            _convert(hint, value, f"{kind}: {name}")
 
 
 def check_numbers(
@@ -83,8 +109,9 @@ def check_numbers(
         not_negative: Names of settings that must be finite, and zero or more.
 
     Raises:
-        InvalidInputError: One is not.
+        InvalidInputError: One is not, or a setting is of another kind, see `check_kinds`.
     """
+    check_kinds(config, kind)
     for name in (*positive, *not_negative):
         value = getattr(config, name)
         lowest = "> 0" if name in positive else ">= 0"

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.system import lock_file
 
 
 def assets() -> Path:
@@ -22,7 +25,8 @@ def assets() -> Path:
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary file in the same folder that becomes `path` if the block ends without an error.
 
-    Missing folders are made. A reader sees the old file or the whole new one.
+    Missing folders are made. A reader sees the old file or the whole new one, which is on the disk
+    when the block has ended. What a killed process left of the same file is removed.
 
     Raises:
         InvalidInputError: The file or its folder cannot be written to.
@@ -30,26 +34,128 @@ def replacing(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, name = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.stem}.", suffix=target.suffix
-        )
-        os.close(descriptor)
+        remove_leftovers(target.parent, lambda name: name == target.name)
+        held, temporary = _new_temporary(target)
     except OSError as error:
         raise unwritable(target, error) from error
-    temporary = Path(name)
     try:
         yield temporary
+        _to_disk(temporary)
         # mkstemp makes the file private; a result gets what any new file would get.
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)
-        try:
-            temporary.replace(target)
-        except OSError as error:
-            raise unwritable(target, error) from error
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+        if not _LOCKS:
+            held.close()  # an open file cannot be moved there
+        temporary.replace(target)
+        _to_disk(target.parent)
+    except OSError as error:
+        raise unwritable(target, error) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()  # gone if it was moved
+        held.close()
+
+
+def write_bytes(path: str | Path, content: bytes) -> None:
+    """Write a file, all or nothing.
+
+    Raises:
+        InvalidInputError: The file cannot be written, or the disk is full.
+    """
+    write_files({Path(path): content})
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file, all or nothing.
+
+    Raises:
+        InvalidInputError: The file cannot be written, or the disk is full.
+    """
+    write_files({Path(path): text})
+
+
+def write_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files; none is replaced before all are on the disk, then each in its turn.
+
+    Raises:
+        InvalidInputError: A file cannot be written, or the disk is full.
+    """
+    with ExitStack() as stack:
+        for path, content in list(contents.items())[::-1]:  # a stack ends with what came first
+            temporary = stack.enter_context(replacing(path))
+            try:
+                fill(temporary, content)
+            except OSError as error:
+                raise unwritable(path, error) from error
+
+
+def fill(path: Path, content: str | bytes) -> None:
+    """Write a file on the disk, whatever becomes of it if there is an OSError."""
+    with path.open("wb") as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def remove_leftovers(folder: Path, written: Callable[[str], bool]) -> None:
+    """Remove temporary files that killed processes left in a folder.
+
+    Args:
+        folder: Where; nothing happens if there is none.
+        written: Whether a file of this name would have been written.
+    """
+    if not _LOCKS:
+        return
+    found: list[Path] = []
+    with suppress(OSError):  # a folder may be closed to readers, or not be there
+        found = [file for file in folder.iterdir() if is_leftover(file.name, written)]
+    for file in found:
+        # Whoever writes it holds it, and goes on.
+        with suppress(OSError), file.open("rb") as held:
+            lock_file(held)
+            file.unlink()
+
+
+def is_leftover(name: str, written: Callable[[str], bool]) -> bool:
+    """Whether a name is that of a temporary file of one that would have been written."""
+    found = _TEMPORARY.fullmatch(name)
+    return found is not None and written(found["stem"] + found["suffix"])
+
+
+#: Temporary files are held while they are written, so that others leave them alone.
+_LOCKS = os.name == "posix"
+
+_TEMPORARY = re.compile(r"\.(?P<stem>.+)\.[a-z0-9_]{8}\.part(?P<suffix>(\.[^.]*)?)", re.DOTALL)
+
+
+def _new_temporary(target: Path) -> tuple[BinaryIO, Path]:
+    """An empty file next to another, open and held."""
+    while True:
+        descriptor, name = tempfile.mkstemp(
+            dir=target.parent, prefix=f".{target.stem}.", suffix=f".part{target.suffix}"
+        )
+        file = open(descriptor, "rb")  # noqa: SIM115 (`replacing` closes it)
+        if _LOCKS:
+            with suppress(OSError):  # files cannot be locked on every disk
+                lock_file(file)
+        if os.path.exists(name):  # else somebody took it for a leftover
+            return file, Path(name)
+        file.close()
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file, or what a folder says about its files, is on the disk."""
+    if path.is_dir():
+        with suppress(OSError):  # not every system lets a folder be opened
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+        return
+    with path.open("r+b") as file:
+        os.fsync(file.fileno())
 
 
 def unwritable(target: Path, error: OSError) -> InvalidInputError:
@@ -80,18 +186,32 @@ def check_writable(path: str | Path) -> None:
         raise unwritable(target, error) from error
     if not (existing.is_dir() and os.access(existing, os.W_OK)):
         raise InvalidInputError(
-            f"{target}: cannot be written ({existing} is not a folder of yours)"
+            f"{target}: cannot be written ({existing} is not a folder that can be written to)"
         )
 
 
-def write_text(path: str | Path, text: str) -> None:
-    """Write a text file, all or nothing.
+def check_output(path: str | Path, force: bool, inputs: Iterable[str | Path | None] = ()) -> None:
+    """Find out whether a result may be written to a file: nothing of anybody's is lost.
+
+    Args:
+        path: The file.
+        force: Whether one that is there may be replaced.
+        inputs: Names of what the result is made from, files or not; these are never replaced.
 
     Raises:
-        InvalidInputError: The file cannot be written, or the disk is full.
+        InvalidInputError: The file cannot be written to, is an input, or is there already.
     """
-    with replacing(path) as temporary:
-        try:
-            temporary.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise unwritable(Path(path), error) from error
+    check_writable(path)
+    for source in inputs:
+        if source is not None and same_file(path, source):
+            raise InvalidInputError(f"{path}: is read as well ({source}); choose another output")
+    if not force and os.path.lexists(path):
+        raise InvalidInputError(f"{path}: is there already; choose another name, or use --force")
+
+
+def same_file(one: str | Path, other: str | Path) -> bool:
+    """Whether two paths lead to the same file, by whatever links and spellings."""
+    try:
+        return os.path.samefile(one, other)
+    except (OSError, ValueError):  # one is not there, or is no name of a file
+        return False

@@ -6,14 +6,19 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.checks import real_array, shown
+from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.inputs import asked_with
 from dressing_sim.seeds import derived_seed
+
+#: The robot's reach [m]; a path that is nowhere nearer than so many times that is in another unit.
+REACH, FAR = 0.855, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +30,8 @@ class Path:
         dt: Time between two of them [s]; None leaves the speed to whoever plays the path.
 
     Raises:
-        InvalidInputError: Another shape, values that are not finite, or a time that is not above
-            zero.
+        InvalidInputError: Another shape, values that are no finite real numbers or no metres, or a
+            time that is not above zero.
     """
 
     positions: NDArray[np.float64]
@@ -45,19 +50,19 @@ class Path:
 
 
 def _checked_positions(path: object, doing: str) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(path, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{doing} {path!r:.60}, valid is an array (T, 3)") from error
-    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 2:
-        raise InvalidInputError(
-            f"{doing} an array of shape {array.shape}, valid is (T, 3) with T of 2 or more"
-        )
-    if not np.isfinite(array).all():
-        raise InvalidInputError(
-            f"{doing} values that are not finite (NaN or infinite), valid are metres"
-        )
+    array = real_array(path, ("T", 3), f"{doing} an array of", "m", fewest=2)
+    check_metres(array, doing)
     return array
+
+
+def check_metres(positions: NDArray[np.float64], doing: str) -> None:
+    """Raise InvalidInputError if no position (T, 3) is anywhere near the robot, see `FAR`."""
+    nearest = float(np.linalg.norm(positions, axis=1).min())
+    if nearest > FAR * REACH:
+        raise InvalidInputError(
+            f"{doing} positions all of which are {nearest:.4g} m or more from the robot's base, "
+            f"whose reach is {REACH} m; valid are metres (are these millimetres?)"
+        )
 
 
 def _checked_dt(dt: object, longest: float, whose: str) -> float:
@@ -66,7 +71,7 @@ def _checked_dt(dt: object, longest: float, whose: str) -> float:
     if is_number and 0.0 < float(dt) <= longest and float(dt) < np.inf:  # type: ignore[arg-type]
         return float(dt)  # type: ignore[arg-type]
     most = "" if longest == np.inf else f", up to the episode's time limit of {longest:g} s"
-    raise InvalidInputError(f"{whose} dt is {dt!r}, valid is seconds above zero{most}")
+    raise InvalidInputError(f"{whose} dt is {shown(dt)}, valid is seconds above zero{most}")
 
 
 def checked_path(made: object, name: str) -> Path:
@@ -76,6 +81,19 @@ def checked_path(made: object, name: str) -> Path:
         InvalidInputError: It is not of shape (T, 3), T of 2 or more, or not finite.
     """
     return made if isinstance(made, Path) else Path(_checked_positions(made, f"{name}: returned"))
+
+
+def check_source(source: object) -> None:
+    """Raise InvalidInputError unless it is a policy, or a path; if an array, a valid one."""
+    if isinstance(source, np.ndarray):
+        _checked_positions(source, "the path: got")
+    elif isinstance(source, type) or not (
+        isinstance(source, Path) or callable(getattr(source, "generate", None))
+    ):
+        raise InvalidInputError(
+            f"cannot dress with {shown(source)}; valid is a policy, a Path or an array (T, 3) "
+            "of numpy"
+        )
 
 
 def policy_path(
@@ -99,27 +117,47 @@ def policy_path(
         longest_dt: Largest time between two points [s].
 
     Raises:
-        InvalidInputError: It is no policy, or its path or time step is not valid.
+        InvalidInputError: It is no policy.
+        PolicyError: Its path or time step is not valid.
     """
+    check_source(source)
     if isinstance(source, np.ndarray | Path):
-        path, dt, whose = checked_path(source, "the path"), None, "the path: its"
+        path = checked_path(source, "the path")
     else:
-        generate = getattr(source, "generate", None)
-        if isinstance(source, type) or not callable(generate):
-            raise InvalidInputError(
-                f"cannot dress with {source!r:.60}; valid is a policy, a Path or an array (T, 3) "
-                "of numpy"
-            )
-        name = f"policy {type(source).__name__}"
-        dt, whose = getattr(source, "dt", None), f"{name}: its attribute"
-        if dt is not None:
-            dt = _checked_dt(dt, longest_dt, whose)
-        own = {"seed": policy_seed(source, seed)} if takes_seed(generate) else {}
-        path = checked_path(generate(asked_with(source, posture), start, **own), name)
-        whose = f"{name}: its path's"
+        try:
+            return _answer(source, posture, start, seed, default_dt, longest_dt)
+        except PolicyError:
+            raise
+        except InvalidInputError as error:
+            raise PolicyError(str(error)) from error
+    own = default_dt if path.dt is None else _checked_dt(path.dt, longest_dt, "the path: its")
+    return Path(path.positions, own)
+
+
+def _answer(
+    policy: Any,
+    posture: Posture,
+    start: NDArray[np.float64],
+    seed: int,
+    default_dt: float,
+    longest_dt: float,
+) -> Path:
+    """The path that a policy makes, see `policy_path`."""
+    name = policy_name(policy)
+    dt = getattr(policy, "dt", None)
+    if dt is not None:
+        dt = _checked_dt(dt, longest_dt, f"{name}: its attribute")
+    own = {"seed": policy_seed(policy, seed)} if takes_seed(policy.generate) else {}
+    path = checked_path(policy.generate(asked_with(policy, posture), start, **own), name)
     if path.dt is not None:
-        return Path(path.positions, _checked_dt(path.dt, longest_dt, whose))
+        dt = _checked_dt(path.dt, longest_dt, f"{name}: its path's")
     return Path(path.positions, default_dt if dt is None else dt)
+
+
+def policy_name(policy: object) -> str:
+    """What errors call a policy: its name, if it has one, or its class's."""
+    name = getattr(policy, "name", None)
+    return f"policy {name if isinstance(name, str) else type(policy).__name__}"
 
 
 def takes_seed(function: Callable[..., object]) -> bool:

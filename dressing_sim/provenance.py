@@ -37,11 +37,12 @@ def versions() -> dict[str, str]:
     return {package: version(package) for package in VERSIONED}
 
 
-def provenance(sources: Mapping[str, str] | None = None) -> dict[str, Any]:
+def provenance(sources: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """What a file says of its origin, as plain values.
 
     Args:
-        sources: Hashes of other people's code that took part, by name (see `source_hash`).
+        sources: Where other people's code that took part is from, by name: the hash of its source
+            (see `source_hash`) and its version.
 
     Returns:
         ``{"version", "commit", "python", "versions", "numerics"}``, and ``"sources"`` if there are

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
@@ -53,6 +54,19 @@ def interrupt_blocked() -> Iterator[None]:
         mask(signal.SIG_SETMASK, before)
 
 
+def check_may_start_processes() -> None:
+    """End this process with a line if it is a worker that runs a script from its top again.
+
+    A script that starts workers is imported by each of them; without a guard it would begin to
+    start workers there too, which Python refuses at length.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(
+            "dressing-sim: a script that evaluates starts processes, which import it again: put "
+            "what it does under if __name__ == '__main__':"
+        )
+
+
 def ignore_interrupt() -> None:
     """In a worker's main thread: leave Ctrl-C, which a terminal sends to all, to the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -62,3 +76,36 @@ def processors() -> int:
     """Processors that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+
+
+def limit_own_resources(memory: int, file: int) -> None:
+    """Let this process, where the platform can, allocate and write no more than so much [bytes].
+
+    Beyond, an allocation raises MemoryError, and writing to a file raises OSError.
+    """
+    try:
+        resource: Any = import_module("resource")
+    except ImportError:
+        return
+    for limit, most in ((resource.RLIMIT_DATA, memory), (resource.RLIMIT_FSIZE, file)):
+        _, hard = resource.getrlimit(limit)
+        allowed = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(limit, (allowed, hard))
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+
+def lead_own_group() -> None:
+    """Make this process the leader of a group, with which `end_group` ends what it starts too."""
+    setsid = getattr(os, "setsid", None)
+    if setsid is not None:
+        setsid()
+
+
+def end_group(pid: int) -> None:
+    """End a process that called `lead_own_group`, and those that it started."""
+    kill = getattr(os, "killpg", None)
+    try:
+        if kill is not None and os.getpgid(pid) == pid:
+            kill(pid, signal.SIGKILL)
+    except ProcessLookupError:  # it is gone already
+        return

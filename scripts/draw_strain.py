@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,10 @@ from numpy.typing import NDArray
 from dressing_sim.benchmark.studies.convergence_trials import path_of
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.record import follow
-from dressing_sim.episode.rules import Outcome, Thresholds
-from dressing_sim.files import replacing
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.rollout import follow
+from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.files import write_bytes
 from dressing_sim.pictures.rendering import OffscreenRenderer
 from dressing_sim.pictures.strain_colours import COLOURS
 from dressing_sim.suites.suites import find_posture
@@ -69,8 +71,9 @@ def main() -> None:
         Normalize(0.0, 100 * top), LinearSegmentedColormap.from_list("strain", COLOURS)
     )
     figure.colorbar(scale, ax=panels, label="principal strain [%]", extend="max", shrink=0.8)
-    with replacing(FILE) as temporary:
-        figure.savefig(temporary, format="png", dpi=110, metadata={"Software": None})
+    content = BytesIO()
+    figure.savefig(content, format="png", dpi=110, metadata={"Software": None})
+    write_bytes(FILE, content.getvalue())
 
 
 if __name__ == "__main__":

@@ -16,16 +16,20 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
+from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.markdown import markdown_table
 from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
 from dressing_sim.benchmark.studies.cost_document import cost_table
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_tables import (
-    claims_table,
+    CLAIMS,
+    next_to_paper,
     sets_table,
-    settings_table,
     table,
-    variation_table,
 )
 from dressing_sim.benchmark.studies.thresholds_document import sensitivity_table, turned_table
 from dressing_sim.files import write_text
@@ -69,9 +73,9 @@ def differing(summary: Summary) -> str:
 BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "table": lambda summary: markdown_table(table(summary)),
     "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
-    "settings": lambda summary: markdown_table(settings_table(summary)),
-    "variation": lambda summary: markdown_table(variation_table(summary)),
-    "claims": lambda summary: markdown_table(claims_table(summary)),
+    "settings": lambda summary: markdown_table(side_by_side(summary, HYPERPARAMETERS)),
+    "variation": lambda summary: markdown_table(side_by_side(summary, VARIATION)),
+    "claims": lambda summary: markdown_table(tabulate(summary["claims"], CLAIMS)),
     "sets": lambda summary: markdown_table(sets_table(summary)),
     "ends": ends,
     "cost": lambda summary: markdown_table(cost_table(summary)),

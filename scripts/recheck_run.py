@@ -19,7 +19,7 @@ from dressing_sim.benchmark.run.executors import Processes, completed
 from dressing_sim.benchmark.run.lines import parse_episode
 from dressing_sim.benchmark.run.runner import dress_job, learned_source
 from dressing_sim.benchmark.run.store import load_run
-from dressing_sim.benchmark.studies.convergence_summary import agreement
+from dressing_sim.benchmark.studies.convergence import agreement
 from dressing_sim.benchmark.studies.convergence_trials import FINEST, settings
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from dressing_sim.benchmark.run.cache import VARIABLE
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import demonstrate, record
@@ -22,6 +23,12 @@ from dressing_sim.world.simulation import World
 # The same examples in every run, however long the machine takes for one.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile("repeatable")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    """Demonstrations are kept for the tests of one session alone."""
+    os.environ[VARIABLE] = str(tmp_path_factory.mktemp("cache"))
 
 
 @pytest.fixture(scope="session")
@@ -75,7 +82,7 @@ def watched():
 
 @pytest.fixture
 def world(posture, tmp_path, monkeypatch):
-    """A settled world of one's own. MuJoCo leaves its log of warnings in the current folder."""
+    """A settled world of one's own."""
     monkeypatch.chdir(tmp_path)
     dressing = Dressing(posture)
     dressing.reset()

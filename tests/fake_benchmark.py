@@ -32,7 +32,7 @@ from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.cli import main
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.world.scene import grip_start
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.
@@ -93,7 +93,7 @@ def steady_demonstrate(plan_seed, posture, number, config):
     return Demonstration(path, 0.02, posture, seed, np.zeros((len(path), 7)))
 
 
-def fake_fit(folder, name, seed, demonstrations):
+def fake_fit(folder, name, seed, demonstrations, limits, log):
     obey(folder, f"policy-{name}")
     return FakePolicy(name, seed, demonstrations)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 METRICS = {"armscye_s": 1.93, "strain": 0.081, "grip_force": 1.25}
 SUCCESS = Outcome(True, metrics=METRICS)

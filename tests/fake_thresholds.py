@@ -3,7 +3,7 @@
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.runner import job_result
 from dressing_sim.benchmark.studies.thresholds_verdicts import FACTORS, NAMES, VERDICTS
-from dressing_sim.episode.rules import Outcome
+from dressing_sim.episode.outcome import Outcome
 
 
 def turning(at, lead):

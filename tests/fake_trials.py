@@ -1,5 +1,7 @@
 """Made-up trials of a convergence study."""
 
+from dataclasses import replace
+
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
@@ -9,7 +11,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     Trial,
 )
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 NAMES = (DEFAULT, FINEST, CONVERGED, "coarse mesh")
 CHOSEN = tuple(Setting(name, "", EpisodeConfig()) for name in NAMES)
@@ -37,10 +39,9 @@ def trials(n=10, seconds=1.0, **changed):
     ]
 
 
-def fake_simulate(job, seed):
+def fake_simulate(job, config, posture, seed):
     """A success throughout; with seed 7 stuck throughout."""
-    verdict = outcome(STUCK) if seed == 7 else outcome()
-    return Trial(job.index, job.setting.name, job.path, job.posture.name, verdict, 1.0)
+    return replace(job, outcome=outcome(STUCK) if seed == 7 else outcome(), seconds=1.0)
 
 
 def row(summary, name):

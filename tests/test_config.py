@@ -8,7 +8,7 @@ from dressing_sim.config import from_plain, to_plain
 from dressing_sim.control import TrackingConfig
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import OperatorConfig
-from dressing_sim.episode.rules import Thresholds
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import ServoConfig
 from dressing_sim.world.scene import SolverConfig

@@ -7,12 +7,26 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from dressing_sim.arm import Posture
-from dressing_sim.episode.rules import Failure, Outcome, in_order
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import in_order
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Inputs
 from dressing_sim.policies.registry import known_name, learns
 
-__all__ = ["Entry", "EpisodeResult", "Failure", "Json", "Outcome", "Protocol", "in_order"]
+__all__ = [
+    "Entry",
+    "EpisodeResult",
+    "Failure",
+    "Json",
+    "Outcome",
+    "Protocol",
+    "first_failure",
+    "in_order",
+]
+
+#: Two times that differ by less are the same [s].
+_SLACK = 1e-6
 
 #: A value as JSON knows it.
 Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
@@ -34,6 +48,11 @@ class Entry:
     demonstrations: str | None = None
     variation: tuple[str, ...] = ()
     inputs: Inputs = field(default="frames", compare=False)
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> Entry:
+        """The inverse of `to_dict`, of a row of a summary too."""
+        return cls(row["policy"], row["demonstrations"], tuple(row.get("variation", ())))
 
     @property
     def stem(self) -> str:
@@ -97,6 +116,14 @@ class Protocol:
         ]
         return replace(self, entries=tuple(entries))
 
+    def with_demonstrations(self, name: str) -> Protocol:
+        """The same test, but every policy learns from these demonstrations alone."""
+        entries = dict.fromkeys(
+            replace(entry, demonstrations=name) if entry.demonstrations else entry
+            for entry in self.entries
+        )
+        return replace(self, entries=tuple(entries), demonstration_sets=1)
+
     def with_variation(self, factors: Sequence[str]) -> Protocol:
         """The same test, but these factors, and no others, are drawn anew for each episode."""
         varied = tuple(dict.fromkeys(factors))
@@ -127,3 +154,16 @@ class EpisodeResult:
     variation: Mapping[str, Any]
     outcome: Outcome
     extra: Mapping[str, Json] = field(default_factory=dict)
+
+
+def first_failure(outcome: Outcome) -> Failure | None:
+    """What went wrong first; what has no time was wrong from the start. None for a success.
+
+    A caught sleeve is found out by the limit that it exceeds, a moment before it stops the robot:
+    of failures as near in time as that, the first of the rules counts.
+    """
+    times = [failure.time or 0.0 for failure in outcome.failures]
+    latest = min(times, default=0.0) + Thresholds().moment + _SLACK  # times are sums of steps
+    # Failures come in the rules' order.
+    pairs = zip(outcome.failures, times, strict=True)
+    return next((failure for failure, time in pairs if time <= latest), None)

@@ -9,17 +9,22 @@ from pathlib import Path
 import tyro
 
 from dressing_sim.commands.options import check_seed
-from dressing_sim.errors import DressingSimError
-from dressing_sim.files import check_writable
+from dressing_sim.files import check_output
+
+#: Exit code if some demonstrations failed.
+SOME_FAILED = 3
 
 
 def demonstrate(
     suite: tyro.conf.Positional[str],
     out: Path = Path("demonstrations.h5"),
     seed: int = 0,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Record the scripted operator on the postures of a suite, in an HDF5 file.
+
+    Demonstrations that fail are named and left out; the exit code is then 3.
 
     For example: dressing-sim demonstrate case_a --out case_a.h5
 
@@ -29,6 +34,7 @@ def demonstrate(
         suite: postures to demonstrate on: a name, a JSON file, or random:N[:SEED].
         out: file to write.
         seed: of the operator's variability.
+        force: replace a file that is there already.
         json: print what was recorded as JSON.
     """
     from dressing_sim.benchmark.run.plan import posture_seed
@@ -39,8 +45,8 @@ def demonstrate(
     from dressing_sim.suites.suites import load_suite
 
     check_seed(seed)
-    check_writable(out)
-    recorded, lines = [], []
+    check_output(out, force, [suite])
+    recorded, lines, failed = [], [], []
     for posture in load_suite(suite):
         try:
             demonstration = record_one(posture, posture_seed(seed, posture))
@@ -50,16 +56,22 @@ def demonstrate(
         verdict = "success" if outcome.success else outcome.invalid or ", ".join(outcome.reasons)
         print(f"{posture.name}: {verdict}", file=sys.stderr)
         if not outcome.success:
-            raise DressingSimError(
-                f"the demonstration on posture {posture.name!r} failed ({verdict}); nothing was "
-                "written, choose another seed or posture"
-            )
+            failed.append(f"on posture {posture.name!r} failed ({verdict})")
+            continue
         recorded.append(demonstration)
         lines.append(
             {"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()}
         )
-    save_demonstrations(out, recorded)
+    if recorded:
+        check_output(out, force, [suite])  # it took long
+        save_demonstrations(out, recorded)
+    file = str(out) if recorded else None
     if json:
-        print(json_format.dumps({"file": str(out), "demonstrations": lines}, indent=2))
-    else:
+        print(json_format.dumps({"file": file, "demonstrations": lines}, indent=2))
+    elif recorded:
         print(f"{len(recorded)} demonstrations written to {out}")
+    if failed:
+        told = f"{', '.join(failed)}; choose another seed or posture"
+        written = f"the other {len(recorded)} are in {out}" if recorded else "nothing was written"
+        print(f"dressing-sim: the demonstration {told}; {written}", file=sys.stderr)
+        raise SystemExit(SOME_FAILED if recorded else 2)

@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dressing_sim.checks import shown
 from dressing_sim.commands.options import check_seed, new_film, print_outcome
-from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import is_file
+from dressing_sim.errors import InvalidInputError, PolicyError
+from dressing_sim.files import check_output, is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +29,7 @@ def dress(
     fps: int = 25,
     width: int = 640,
     height: int = 480,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Dress one arm, and film it if wanted.
@@ -51,6 +53,7 @@ def dress(
         fps: pictures a second.
         width: of a picture, in pixels; even for .mp4.
         height: of a picture, in pixels; even for .mp4.
+        force: replace a film that is there already.
         json: print the outcome as JSON.
     """
     from dressing_sim.episode.config import EpisodeConfig
@@ -60,9 +63,13 @@ def dress(
     arm = find_posture(posture)
     check_seed(seed)
     config = EpisodeConfig()
-    film = new_film(video, camera, fps, width, height)
-    source = _source(policy, demonstrations, seed)
-    outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
+    inputs = [posture, policy, demonstrations]
+    film = new_film(video, camera, fps, width, height, force, inputs)
+    try:
+        source = _source(policy, demonstrations, seed)
+        outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
+    except PolicyError as error:
+        raise PolicyError(f"policy {policy!r} gave no answer: {error}") from error
     if json:
         print(
             json_format.dumps(
@@ -72,6 +79,7 @@ def dress(
     else:
         print_outcome(arm.name, outcome)
     if film is not None and video is not None:
+        check_output(video, force, inputs)  # it took long
         film.write(video, arm, config.world, camera, width, height)
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
 
@@ -80,10 +88,10 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
     """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
-    from dressing_sim.inputs import fit
     from dressing_sim.learning import Policy
     from dressing_sim.learning.storage import load_model
-    from dressing_sim.policies.registry import known_name, learns, make_policy
+    from dressing_sim.policies.hosted import hosted_policy
+    from dressing_sim.policies.registry import known_name, learns
 
     if is_file(policy):
         loaded = load_model(policy)
@@ -92,15 +100,15 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
         return loaded
     name = known_name(policy)
     try:
-        fresh = make_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
+        fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
     except InvalidInputError as error:
         if not str(error).startswith("unknown policy"):
             raise
         raise InvalidInputError(
-            f"policy {policy!r}: no such file, and {error}, or a file written by 'dressing-sim "
-            "learn'"
+            f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
+            "'dressing-sim learn'"
         ) from error
-    return fit(fresh, _recorded(demonstrations, seed)) if learns(name) else fresh
+    return fresh.fit(_recorded(demonstrations, seed)) if learns(name) else fresh
 
 
 def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:

@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from dressing_sim.commands.options import (
-    check_positive,
-    command_line,
-    names,
-    resumable,
-)
+from dressing_sim.commands.options import names
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_writable
-from dressing_sim.system import processors
-
-if TYPE_CHECKING:
-    from dressing_sim.benchmark.run.executors import Workers
 
 
 def evaluate(
@@ -28,12 +14,18 @@ def evaluate(
     suite: str | None = None,
     policies: str | None = None,
     variation: str | None = None,
+    demonstrations: Path | None = None,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
     out: Path = Path("results/evaluate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
+    fit_time: float = 60.0,
+    generate_time: float = 10.0,
+    memory: float = 4.0,
     pictures: bool = True,
     json: bool = False,
 ) -> None:
@@ -50,6 +42,8 @@ def evaluate(
 
     Or: dressing-sim evaluate --policies mypackage.policies:MyPolicy --out results/mine
 
+    Or: dressing-sim evaluate --demonstrations mine.h5 --policies default --out results/own
+
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
@@ -61,57 +55,49 @@ def evaluate(
             for its hyper-parameters.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp.
+        demonstrations: file of demonstrations that every policy learns from, instead of the
+            protocol's; as dressing-sim demonstrate writes it.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
+        fit_time: longest time in which a policy that is not of this package learns, in seconds;
+            one that takes longer, raises or exits fails with the reason policy_error.
+        generate_time: longest time in which it makes a path, or a target, in seconds.
+        memory: most memory that it may allocate, where the platform has such a limit, in GiB.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.studies.evaluate import evaluation_plan, evaluation_study
-    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.commands.studies import carry_out
+    from dressing_sim.policies.host import PolicyLimits
     from dressing_sim.policies.paper import any_of_the_paper, left_open
 
     if workers is not None and scheduler is not None:
         raise InvalidInputError("--workers and --scheduler exclude each other")
-    check_positive("workers", processors() if workers is None else workers)
     varied = None if variation is None else names(variation)
-    plan = evaluation_plan(protocol, suite, policies, varied, seed)
-    study = evaluation_study(plan, pictures)
-    check_writable(out / "report.md")
-    with (
-        resumable(),
-        _workers(workers, scheduler) as crew,
-        show_progress(Console(stderr=True)) as progress,
-    ):
-        finished = run_study(
-            study,
-            plan,
-            crew,
-            out,
-            resume=resume,
-            accept_numerics=accept_numerics,
-            progress=progress,
-            command=command_line(),
-        )
-    if json:
-        print(json_format.dumps(finished.summary, indent=2))
-    else:
-        print_document(finished.document)
-        if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
-            told = f"policies: {left_open()}"
-            print(fill(told, 100, subsequent_indent="  ", break_on_hyphens=False))
-        print(f"written to {out}/: report.md, report.html, summary.json")
-
-
-def _workers(count: int | None, scheduler: str | None) -> Workers:
-    from dressing_sim.benchmark.run.dask_workers import DaskWorkers
-    from dressing_sim.benchmark.run.executors import Processes
-
-    if scheduler is not None:
-        return DaskWorkers(scheduler)
-    return Processes(processors() if count is None else count)
+    limits = PolicyLimits(fit_time, generate_time, memory)
+    plan = evaluation_plan(protocol, suite, policies, varied, seed, demonstrations, limits)
+    remarks = ""
+    if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
+        told = f"policies: {left_open()}"
+        remarks = fill(told, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
+    carry_out(
+        plan,
+        out,
+        study=evaluation_study(plan, pictures),
+        workers=workers,
+        scheduler=scheduler,
+        resume=resume,
+        force=force,
+        inputs=[] if suite is None else [suite],
+        accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
+        json=json,
+        remarks=remarks,
+    )

@@ -1,11 +1,9 @@
-"""What several commands share: their options, films, interruptions, and how results are printed."""
+"""What several commands share: their options, films, and how results are printed."""
 
 from __future__ import annotations
 
-import shlex
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,23 +11,31 @@ from rich.console import Console
 from rich.table import Table
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_writable
+from dressing_sim.files import check_output
+from dressing_sim.pictures import CAMERAS, LARGEST_FPS, LARGEST_SIDE
 
 if TYPE_CHECKING:
-    from dressing_sim.episode.rules import Outcome
+    from dressing_sim.episode.outcome import Outcome
     from dressing_sim.pictures.video import Film
 
 
-def check_positive(name: str, value: int) -> None:
-    """Raise InvalidInputError unless an option is 1 or more."""
-    if value < 1:
-        raise InvalidInputError(f"{name} is {value}, valid is 1 or more")
+#: Of whatever is counted on the command line; more is a slip of the finger.
+MOST = 1_000_000
+
+#: More processes than any machine has processors.
+MOST_WORKERS = 1024
+
+
+def check_positive(name: str, value: int, most: int = MOST) -> None:
+    """Raise InvalidInputError unless an option is 1 or more, and not absurd."""
+    if not 1 <= value <= most:
+        raise InvalidInputError(f"{name} is {value}, valid is 1 or more, up to {most}")
 
 
 def check_seed(value: int) -> None:
     """Raise InvalidInputError unless a seed is 0 or more."""
-    if value < 0:
-        raise InvalidInputError(f"seed is {value}, valid is 0 or more")
+    if not 0 <= value < 2**63:
+        raise InvalidInputError(f"seed is {value}, valid is 0 or more, below 2 to the 63rd")
 
 
 def names(text: str) -> list[str]:
@@ -37,41 +43,37 @@ def names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
 
-def command_line() -> str:
-    """What was typed, for reports."""
-    return f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
-
-
-@contextmanager
-def resumable() -> Iterator[None]:
-    """Answer Ctrl-C by saying how the run goes on, with exit code 130."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        command = command_line()
-        again = command if "--resume" in sys.argv else f"{command} --resume"
-        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(130) from None
-
-
-def new_film(video: Path | None, camera: str, fps: int, width: int, height: int) -> Film | None:
+def new_film(
+    video: Path | None,
+    camera: str,
+    fps: int,
+    width: int,
+    height: int,
+    force: bool = False,
+    inputs: Iterable[str | Path] = (),
+) -> Film | None:
     """A film to expose, or None if none is wanted, once it is known that it can be written.
 
     Raises:
-        InvalidInputError: An option is not valid, or the file cannot be written.
+        InvalidInputError: An option is not valid, or the file cannot be written, or is one of the
+            inputs, or is there already and not to be replaced by force.
         DressingSimError: No OpenGL works here.
     """
-    for option, number in (("fps", fps), ("width", width), ("height", height)):
-        check_positive(option, number)
+    for option, number, most in (
+        ("fps", fps, LARGEST_FPS),
+        ("width", width, LARGEST_SIDE),
+        ("height", height, LARGEST_SIDE),
+    ):
+        check_positive(option, number, most)
+    if camera not in CAMERAS:
+        raise InvalidInputError(f"unknown camera {camera!r:.60}; valid is {', '.join(CAMERAS)}")
     if video is None:
         return None
-    from dressing_sim.pictures.rendering import CAMERAS, gl_backend
+    from dressing_sim.pictures.rendering import gl_backend
     from dressing_sim.pictures.video import Film, check_format
 
     check_format(video, width, height)
-    check_writable(video)
-    if camera not in CAMERAS:
-        raise InvalidInputError(f"unknown camera {camera!r}; valid is {', '.join(CAMERAS)}")
+    check_output(video, force, inputs)
     gl_backend()  # without OpenGL, say so before simulating
     return Film(fps)
 

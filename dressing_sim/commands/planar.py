@@ -1,26 +1,37 @@
 """``dressing-sim planar``: the paper's planar study in one command."""
 
-import json as json_format
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from dressing_sim.files import write_text
+from dressing_sim.archives import to_json
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.files import check_output, is_leftover, unwritable, write_files
 from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
 from dressing_sim.planar.generator import generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import OPTIONS, Run, Situations, StudySettings, run_study
+from dressing_sim.planar.study import (
+    OPTIONS,
+    Run,
+    Situations,
+    Study,
+    StudyConfig,
+    check_study,
+    run_study,
+)
 from dressing_sim.provenance import provenance
 
 
 def planar(
     demos: Path | None = None,
+    validation: Path | None = None,
     components: int = 8,
     fusion: FusionOrder = "regression-then-product",
     method: Literal["all", "noise", "rf", "rf+noise"] = "all",
@@ -34,6 +45,7 @@ def planar(
     retrain: Retraining = OPTIONS.retrain,
     situations: Situations = "paper",
     out: Path | None = None,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Repeat the paper's planar study: learn to move from one U-shaped box into another.
@@ -45,11 +57,12 @@ def planar(
 
     dressing-sim planar --out results/planar
 
-    dressing-sim planar --demos Demos.mat --components 8 --json
+    dressing-sim planar --demos Demos.mat --validation others.npz --json
 
     Args:
         demos: demonstrations, .npz (t, xy, A, b) or the paper's authors' .mat; without it they are
             generated from the seed, three to train and three to validate.
+        validation: demonstrations to validate on instead of the first file's, in the same formats.
         components: number of Gaussian components K.
         fusion: regress in every frame and multiply (the authors' code), or the other way round
             (the paper's text).
@@ -65,9 +78,10 @@ def planar(
         retrain: start from the current model (warm) or afresh (cold).
         situations: random frames as in the paper, or around the demonstrated ones.
         out: folder for summary.json, table.md and the figures.
+        force: replace these files in a folder that is not empty.
         json: print the numbers as JSON, and nothing else, to standard output.
     """
-    settings = StudySettings(
+    config = StudyConfig(
         components=components,
         fusion=fusion,
         methods=METHODS if method == "all" else (method,),
@@ -82,8 +96,14 @@ def planar(
         ),
         situations=situations,
     )
-    data = generate(seed) if demos is None else load(demos)
-    total = runs * len(settings.methods) * (2 if data.validation else 1)
+    if validation is not None and demos is None:
+        raise InvalidInputError("--validation needs --demos, the demonstrations to train on")
+    inputs = [demos, validation]
+    if out is not None:
+        _check_out(out, force, inputs)
+    data = generate(seed) if demos is None else load(demos, validation)
+    check_study(data, config, workers)
+    total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
         task = progress.add_task("Algorithm 1", total=total)
@@ -91,12 +111,52 @@ def planar(
         def advance(run: Run) -> None:
             progress.update(task, advance=1, description=f"{run.selection}, {run.method}")
 
-        study = run_study(data, settings, workers, advance)
+        study = run_study(data, config, workers, advance)
     result = {**summary(study), "provenance": provenance()}
+    text = to_json(result, "the study's result", indent=2) + "\n"
     if out is not None:
-        from dressing_sim.planar.figures import draw
+        _write(out, study, text, result, force, inputs)
+    sys.stdout.write(text if json else markdown(result))
 
-        write_text(out / "summary.json", json_format.dumps(result, indent=2) + "\n")
-        write_text(out / "table.md", markdown(result))
-        draw(study, out)
-    sys.stdout.write(json_format.dumps(result, indent=2) + "\n" if json else markdown(result))
+
+#: The files of a study, besides its figures.
+_SUMMARY, _TABLE = "summary.json", "table.md"
+
+
+def _check_out(out: Path, force: bool, inputs: Sequence[Path | None]) -> None:
+    """Find out before long work whether its results can be written, and replace nobody's files.
+
+    Raises:
+        InvalidInputError: They cannot, or the folder is not empty and `force` is not set, or one of
+            them would replace an input.
+    """
+    from dressing_sim.planar.figures import NAMES
+
+    own = (_SUMMARY, _TABLE, *NAMES)
+    for name in own:
+        check_output(out / name, True, inputs)
+    try:
+        there = sorted(file.name for file in out.iterdir()) if out.exists() else []
+    except OSError as error:
+        raise unwritable(out, error) from error
+    foreign = [name for name in there if not is_leftover(name, own.__contains__)]
+    if foreign and not force:
+        raise InvalidInputError(
+            f"{out} is not empty ({foreign[0]}); choose another --out, or use --force"
+        )
+
+
+def _write(
+    out: Path,
+    study: Study,
+    text: str,
+    result: dict[str, Any],
+    force: bool,
+    inputs: Sequence[Path | None],
+) -> None:
+    """Write summary, table and figures: all, or none."""
+    from dressing_sim.planar.figures import drawn
+
+    files: dict[str, str | bytes] = {_SUMMARY: text, _TABLE: markdown(result), **drawn(study)}
+    _check_out(out, force, inputs)  # it took long
+    write_files({out / name: content for name, content in files.items()})

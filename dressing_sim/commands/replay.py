@@ -9,6 +9,7 @@ from pathlib import Path
 import tyro
 
 from dressing_sim.commands.options import new_film, print_outcome
+from dressing_sim.files import check_output
 
 
 def replay(
@@ -19,6 +20,7 @@ def replay(
     fps: int = 25,
     width: int = 640,
     height: int = 480,
+    force: bool = False,
     json: bool = False,
 ) -> None:
     """Run an episode of a run again, and check that every bit is the same.
@@ -37,8 +39,10 @@ def replay(
         fps: pictures a second.
         width: of a picture, in pixels; even for .mp4.
         height: of a picture, in pixels; even for .mp4.
+        force: replace a film that is there already.
         json: print the outcome as JSON.
     """
+    from dressing_sim.benchmark.run.folder import CONFIG, DEMONSTRATIONS, EPISODES
     from dressing_sim.benchmark.run.origin import Origin
     from dressing_sim.benchmark.run.replay import replay_episode
     from dressing_sim.benchmark.run.store import load_run
@@ -47,7 +51,8 @@ def replay(
 
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared
-    film = new_film(video, camera, fps, width, height)
+    inputs = [folder / CONFIG, folder / EPISODES, *(folder / DEMONSTRATIONS).glob("*")]
+    film = new_film(video, camera, fps, width, height, force, inputs)
     study = find_study(run.plan.protocol.study)
     again = replay_episode(study, run, episode, None if film is None else film.expose)
     result, agreement = again.result, again.agreement
@@ -73,6 +78,7 @@ def replay(
         told = "\n  ".join(reasons)
         print(f"dressing-sim: not the recorded outcome:\n  {told}", file=sys.stderr)
     if film is not None and video is not None:
+        check_output(video, force, inputs)  # it took long
         film.write(video, again.posture, again.config.world, camera, width, height)
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
     if not agreement.holds:

@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-import json as json_format
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
-from dressing_sim.commands.options import (
-    check_positive,
-    check_seed,
-    command_line,
-    names,
-    resumable,
-)
-from dressing_sim.files import check_writable
-from dressing_sim.system import processors
+from dressing_sim.commands.options import check_seed, names
 
 
 def thresholds(
@@ -26,7 +15,9 @@ def thresholds(
     workers: int | None = None,
     out: Path = Path("results/thresholds"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     json: bool = False,
 ) -> None:
     """Measure how success rates, and the ranking of policies, hang on each threshold of success.
@@ -46,44 +37,30 @@ def thresholds(
             module:Class.
         seed: of the operator's variability, and of the policies' own randomness.
         workers: processes, as many as processors unless given; the results do not depend on it.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.run.executors import Processes
-    from dressing_sim.benchmark.run.progress import show_progress
-    from dressing_sim.benchmark.studies import find_study
-    from dressing_sim.benchmark.studies.study import run_study
     from dressing_sim.benchmark.studies.thresholds import PROTOCOL, thresholds_plan
+    from dressing_sim.commands.studies import carry_out
 
     protocol = replace(PROTOCOL, suite=suite)
     if policies is not None:
         protocol = protocol.with_policies(names(policies))
-    count = processors() if workers is None else workers
-    check_positive("workers", count)
     check_seed(seed)
-    plan = thresholds_plan(protocol, seed)
-    check_writable(out / "report.md")
-    study = find_study(protocol.study)
-    with (
-        resumable(),
-        Processes(count) as crew,
-        show_progress(Console(stderr=True)) as progress,
-    ):
-        finished = run_study(
-            study,
-            plan,
-            crew,
-            out,
-            resume=resume,
-            accept_numerics=accept_numerics,
-            progress=progress,
-            command=command_line(),
-        )
-    if json:
-        print(json_format.dumps(finished.summary, indent=2))
-    else:
-        print_document(finished.document)
-        print(f"written to {out}/: report.md, report.html, thresholds.svg, summary.json")
+    carry_out(
+        thresholds_plan(protocol, seed),
+        out,
+        workers=workers,
+        resume=resume,
+        force=force,
+        inputs=[suite],
+        accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
+        json=json,
+        files="report.md, report.html, thresholds.svg, summary.json",
+    )

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
 
-from rich.console import Console
-
-from dressing_sim.commands.options import (
-    check_positive,
-    check_seed,
-    command_line,
-    names,
-    resumable,
-)
-from dressing_sim.files import check_writable
-from dressing_sim.system import processors
+from dressing_sim.commands.options import check_positive, check_seed, names
 
 
 def validate(
     suite: str = "val50",
-    postures: int = 15,
+    postures: int | None = None,
     only: str | None = None,
     seed: int = 0,
     workers: int | None = None,
     out: Path = Path("results/validate"),
     resume: bool = False,
+    force: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
     json: bool = False,
 ) -> None:
     """Compare verdicts over mesh, time step, iterations, tolerance and solver.
@@ -44,51 +35,38 @@ def validate(
 
     Args:
         suite: postures: a name, a JSON file, or random:N.
-        postures: how many of them, from the first.
+        postures: how many of them, from the first; 15, or all if there are fewer, by default.
         only: settings to try, separated by commas, besides default, finest and tolerance 1e-12
             (a converged solver), which are always included.
         seed: of the operator's variability.
         workers: processes, as many as processors unless given; verdicts do not depend on it.
-        out: folder for the results; a finished run in it is replaced.
+        out: folder for the results; a finished run of the same study in it is replaced.
         resume: continue the run in the folder, if there is one, with the same config.
+        force: begin anew in any folder; only files of a run's names are replaced in it.
         accept_numerics: continue it on another kind of processor too, where the last bits differ.
+        accept_changes: continue it with other versions of packages and of your policies too; rows
+            that have episodes of both say so.
         json: print the summary as JSON, and nothing else, to standard output.
     """
-    from dressing_sim.benchmark.report.terminal import print_document
-    from dressing_sim.benchmark.run.executors import Processes
-    from dressing_sim.benchmark.run.progress import show_progress
-    from dressing_sim.benchmark.studies import find_study
     from dressing_sim.benchmark.studies.convergence import convergence_plan
-    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.commands.studies import carry_out
 
-    count = processors() if workers is None else workers
-    check_positive("workers", count)
-    check_positive("postures", postures)
+    if postures is not None:
+        check_positive("postures", postures)
     check_seed(seed)
     wanted = None if only is None else [name for name in names(only) if name]
     plan = convergence_plan(suite, postures, wanted, seed)
-    check_writable(out / "report.md")
-    study = find_study(plan.protocol.study)
-    with (
-        resumable(),
-        Processes(count) as crew,
-        show_progress(Console(stderr=True)) as progress,
-    ):
-        finished = run_study(
-            study,
-            plan,
-            crew,
-            out,
-            resume=resume,
-            accept_numerics=accept_numerics,
-            progress=progress,
-            command=command_line(),
-        )
-    if json:
-        print(json_format.dumps(finished.summary, indent=2))
-    else:
-        print_document(finished.document)
-        files = "report.md, report.html, convergence.svg, summary.json, episodes.jsonl"
-        print(f"written to {out}/: {files}")
-    if not finished.summary["passed"]:
+    summary = carry_out(
+        plan,
+        out,
+        workers=workers,
+        resume=resume,
+        force=force,
+        inputs=[suite],
+        accept_numerics=accept_numerics,
+        accept_changes=accept_changes,
+        json=json,
+        files="report.md, report.html, convergence.svg, summary.json, episodes.jsonl",
+    )
+    if not summary["passed"]:
         raise SystemExit(1)

@@ -25,11 +25,16 @@ def retime(
     Returns:
         Positions, shape (m, d): the path's first to its last point along the same polyline.
     """
-    durations = np.linalg.norm(np.diff(path, axis=0), axis=1) / max_speed
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(durations, path_dt))])
+    times = times_of(path, path_dt, max_speed)
     end = min(times[-1], max_duration)
     samples = np.append(np.arange(0.0, end, dt), end)
     return np.column_stack([np.interp(samples, times, column) for column in path.T])
+
+
+def times_of(path: NDArray[np.float64], path_dt: float, max_speed: float) -> NDArray[np.float64]:
+    """When each point of a path (n, d) [m] is reached, (n,) [s], if no part is too fast."""
+    durations = np.linalg.norm(np.diff(path, axis=0), axis=1) / max_speed
+    return np.concatenate([[0.0], np.cumsum(np.maximum(durations, path_dt))])
 
 
 def smooth(points: NDArray[np.float64], dt: float, window: float) -> NDArray[np.float64]:

@@ -16,10 +16,11 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 from pink.tasks import FrameTask, PostureTask
 
+from dressing_sim.checks import real_array, real_vector
 from dressing_sim.config import check_numbers
 from dressing_sim.control.kinematics import PandaKinematics
 from dressing_sim.control.limits import MAX_ACCELERATION, JointLimitConstraint
-from dressing_sim.control.retiming import retime, smooth
+from dressing_sim.control.retiming import retime, smooth, times_of
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import HOME, TCP_BODY
 
@@ -69,12 +70,14 @@ class JointTrajectory:
         dt: Time between two rows [s].
         targets: Where the gripper should be, shape (n_steps, 3), in the robot's base frame [m].
         errors: Distance between the commanded gripper and its target, shape (n_steps,) [m].
+        left_out: How much longer the whole path would take [s].
     """
 
     positions: NDArray[np.float64]
     dt: float
     targets: NDArray[np.float64]
     errors: NDArray[np.float64]
+    left_out: float = 0.0
 
     @property
     def max_error(self) -> float:
@@ -163,12 +166,14 @@ class Tracker:
             InvalidInputError: A value of another shape, or one that is not finite.
         """
         n = self._model.nv
-        start = finite("joint positions", q, n, "rad")
+        start = real_vector(q, n, "joint positions have", "rad")
         self._limits.velocity = np.zeros(n)
         if velocity is not None:
-            self._limits.velocity = finite("joint velocities", velocity, n, "rad/s")
+            self._limits.velocity = real_vector(velocity, n, "joint velocities have", "rad/s")
         self._configuration.update(start)
-        self._target = self._gripper() if target is None else finite("target", target, 3, "m")
+        self._target = (
+            self._gripper() if target is None else real_vector(target, 3, "target has", "m")
+        )
         self.speed = float(speed)
         self.error = 0.0
 
@@ -189,7 +194,7 @@ class Tracker:
         Raises:
             InvalidInputError: A value of another shape, not finite, or no rotation.
         """
-        wanted = finite("target", target, 3, "m")
+        wanted = real_vector(target, 3, "target has", "m")
         orientation = _HAND_DOWN if rotation is None else checked_rotation(rotation)
         self._target = self._approached(wanted)
         tilt = self.config.tilt_cost
@@ -230,23 +235,6 @@ class Tracker:
         return np.array(place)
 
 
-def finite(name: str, values: object, n: int, unit: str) -> NDArray[np.float64]:
-    """An array (n,) of finite numbers.
-
-    Raises:
-        InvalidInputError: It is none.
-    """
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name}: got {values!r:.60}, valid is ({n},) [{unit}]") from error
-    if array.shape != (n,):
-        raise InvalidInputError(f"{name}: shape {array.shape}, valid is ({n},) [{unit}]")
-    if not np.isfinite(array).all():
-        raise InvalidInputError(f"{name}: {array.tolist()}, valid are finite numbers [{unit}]")
-    return array
-
-
 def checked_rotation(values: object) -> NDArray[np.float64]:
     """A rotation matrix (3, 3) from a matrix or a unit quaternion (4,), w first.
 
@@ -254,12 +242,7 @@ def checked_rotation(values: object) -> NDArray[np.float64]:
         InvalidInputError: It is neither, by more than 1e-6.
     """
     valid = "valid is a rotation matrix (3, 3) or a unit quaternion (4,), w first"
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"rotation: got {values!r:.60}, {valid}") from error
-    if not np.isfinite(array).all():
-        raise InvalidInputError(f"rotation: {array.tolist()} is not finite, {valid}")
+    array = real_array(values, None, "rotation has")
     if array.shape == (4,) and abs(np.linalg.norm(array) - 1.0) <= 1e-6:
         w, x, y, z = array
         return np.array(pin.Quaternion(w, x, y, z).normalized().toRotationMatrix())
@@ -324,11 +307,13 @@ def track_path(
     tracker = Tracker(kinematics, config)
     tracker.reset(start)
     here = kinematics.tcp_pose(start)[0]
-    targets = retime(np.vstack([here, path]), path_dt, config.dt, config.max_speed, max_duration)
+    whole = np.vstack([here, path])
+    left_out = max(0.0, times_of(whole, path_dt, config.max_speed)[-1] - max_duration)
+    targets = retime(whole, path_dt, config.dt, config.max_speed, max_duration)
     targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
     positions = np.empty((len(targets), len(HOME)))
     for i, target in enumerate(targets):
         positions[i] = tracker.step(target)
         errors[i] = tracker.error
-    return JointTrajectory(positions, config.dt, targets, errors)
+    return JointTrajectory(positions, config.dt, targets, errors, left_out)

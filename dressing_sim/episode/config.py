@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dressing_sim.config import check_numbers
+from dressing_sim.config import check_kinds, check_numbers
 from dressing_sim.control import TrackingConfig
-from dressing_sim.episode.rules import Thresholds
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig
 
@@ -29,6 +29,7 @@ class EpisodeConfig:
     trace can be judged with other thresholds; the outcome is the same."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "episode")
         ratio = self.tracking.dt / self.world.solver.timestep
         if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
             raise InvalidInputError(

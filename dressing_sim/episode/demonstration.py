@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import prod
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.archives import MOST_BYTES, check_size
 from dressing_sim.arm import Posture
+from dressing_sim.checks import listed, of_kind, real_array, real_number, shown, whole_number
 from dressing_sim.episode.outcome import Outcome
-from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import is_file, replacing
+from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.files import is_file, write_bytes
 from dressing_sim.learning.frame import Situation
+from dressing_sim.path import check_metres
 from dressing_sim.provenance import provenance, versions
 
 FORMAT = "dressing_sim demonstrations"
@@ -52,31 +58,25 @@ class Demonstration:
     outcome: Outcome | None = None
 
     def __post_init__(self) -> None:
-        for name, width in (("positions", 3), ("commands", 7)):
-            value = np.asarray(getattr(self, name), dtype=np.float64)
+        of_kind(self.posture, Posture, "a demonstration: posture", "a Posture")
+        on = f"demonstration on {self.posture.name!r}:"
+        for name, width, unit in (("positions", 3, "m"), ("commands", 7, "rad")):
+            value = real_array(
+                getattr(self, name), ("T", width), f"{on} {name} has", unit, fewest=2
+            )
             object.__setattr__(self, name, value)
-            if value.ndim != 2 or value.shape[1] != width or len(value) < 2:
-                raise InvalidInputError(
-                    f"demonstration on {self.posture.name!r}: {name} has shape {value.shape}, "
-                    f"valid is (T, {width}) with T of 2 or more"
-                )
-            if not np.isfinite(value).all():
-                raise InvalidInputError(
-                    f"demonstration on {self.posture.name!r}: {name} has values that are not "
-                    "finite, valid are numbers"
-                )
+        check_metres(self.positions, f"{on} has")
         if len(self.positions) != len(self.commands):
             raise InvalidInputError(
-                f"demonstration on {self.posture.name!r}: {len(self.positions)} positions with "
-                f"{len(self.commands)} commands, valid is one position after each command"
+                f"{on} {len(self.positions)} positions with {len(self.commands)} commands, valid "
+                "is one position after each command"
             )
         # As a file holds them: 1 and 1.0 would have different checksums.
-        object.__setattr__(self, "dt", float(self.dt))
-        object.__setattr__(self, "seed", int(self.seed))
-        if not 0.0 < self.dt < np.inf:
-            raise InvalidInputError(
-                f"demonstration on {self.posture.name!r}: dt is {self.dt}, valid is > 0"
-            )
+        object.__setattr__(self, "dt", real_number(self.dt, f"{on} dt", 0.0, above=True))
+        object.__setattr__(self, "seed", whole_number(self.seed, f"{on} seed"))
+        for name in ("settings", "versions"):
+            of_kind(getattr(self, name), Mapping, f"{on} {name}", "plain values by name")
+        of_kind(self.outcome, (Outcome, NoneType), f"{on} outcome", "an Outcome or None")
 
     @property
     def frames(self) -> Situation:
@@ -92,7 +92,12 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     ``posture``, ``settings``, ``versions`` as JSON, and a checksum of all this. An attribute
     ``provenance`` of the file says, as JSON too, what wrote it (see `dressing_sim.provenance`).
     """
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    of_kind(path, (str, Path), "path", "a file to write")
+    demonstrations = listed(demonstrations, "demonstrations", "a sequence of Demonstrations")
+    for one in demonstrations:
+        of_kind(one, Demonstration, "one of the demonstrations", "a Demonstration")
+    # Made in memory: HDF5 does not come back from a disk that is full.
+    with h5py.File(str(path), "w", driver="core", backing_store=False) as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
         file.attrs["format"] = np.bytes_(FORMAT)
@@ -110,6 +115,9 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
             group.attrs["settings"] = _text(demonstration.settings)
             group.attrs["versions"] = _text(demonstration.versions)
             group.attrs["sha256"] = np.bytes_(_digest(demonstration))
+        file.flush()
+        content = file.id.get_file_image()
+    write_bytes(path, content)
 
 
 def _text(value: object) -> np.bytes_:
@@ -137,51 +145,116 @@ def load_demonstrations(path: str | Path) -> list[Demonstration]:
     """Read demonstrations from a file that `save_demonstrations` wrote.
 
     Raises:
-        InvalidInputError: The file is missing, damaged, of another kind, or contradicts itself.
+        InvalidInputError: The file is missing, locked, damaged, of another kind or version, too
+            large, or contradicts itself.
     """
+    of_kind(path, (str, Path), "a file of demonstrations", "a path")
     if not is_file(path):
-        raise InvalidInputError(f"{path}: no such file; valid is an HDF5 file of demonstrations")
+        raise InvalidInputError(
+            f"{shown(str(path), 200)[1:-1]}: no such file; valid is an HDF5 file of demonstrations"
+        )
+    check_size(path)
     try:
         with h5py.File(path, "r") as file:
-            if np.bytes_(file.attrs.get("format", "")) != FORMAT.encode():
-                raise InvalidInputError("not a file of demonstrations")
-            if file.attrs["format_version"] != FORMAT_VERSION:
-                found = file.attrs["format_version"]
-                raise InvalidInputError(f"format version {found}, valid is {FORMAT_VERSION}")
-            return [_read(file[name]) for name in sorted(file, key=int)]
+            return _read_all(file)
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}; {_VALID}") from error
+    except OSError as error:
+        raise InvalidInputError(f"{path}: {_why_closed(path, error)}; {_VALID}") from error
     # What h5py, numpy and json raise for a file that is damaged or made by something else.
-    except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
-        reason = " ".join(str(error).split())
-        raise InvalidInputError(f"{path}: damaged or not HDF5 ({reason}); {_VALID}") from error
+    except Exception as error:
+        raise InvalidInputError(f"{path}: damaged ({one_line(str(error))}); {_VALID}") from error
+
+
+def _why_closed(path: str | Path, error: OSError) -> str:
+    """Why a file does not open: it is another's, closed to us, or none of HDF5's."""
+    reason = one_line(str(error))
+    if isinstance(error, BlockingIOError) or "unable to lock file" in reason:
+        return "locked by another process, which may be writing it"
+    if isinstance(error, PermissionError):
+        return "cannot be read (permission denied)"
+    if not h5py.is_hdf5(path):
+        return "not HDF5"
+    return f"damaged ({reason})"
+
+
+def _read_all(file: h5py.File) -> list[Demonstration]:
+    if np.bytes_(file.attrs.get("format", "")) != FORMAT.encode():
+        raise InvalidInputError("not a file of demonstrations")
+    found = _attribute(file, "format_version")
+    if found != FORMAT_VERSION:
+        newer = " (it is of a newer dressing_sim)" if found > FORMAT_VERSION else ""
+        raise InvalidInputError(f"format version {found}, valid is {FORMAT_VERSION}{newer}")
+    others = [name for name in file if re.fullmatch(r"0|[1-9]\d{0,6}", name, re.ASCII) is None]
+    if others:
+        raise InvalidInputError(f"{shown(others[0])} is not the number of a demonstration")
+    return [_read(_inside(file, name, h5py.Group)) for name in sorted(file, key=int)]
+
+
+def _inside(group: h5py.Group, name: str, kind: type) -> Any:
+    """A part of a file that is in this very file."""
+    where = f"{group.name.rstrip('/')}/{name}"
+    if name not in group:
+        raise InvalidInputError(f"no {where}")
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise InvalidInputError(f"{where} is a link to another place")
+    part = group[name]
+    if not isinstance(part, kind):
+        raise InvalidInputError(f"{where} is no {kind.__name__.lower()}")
+    return part
+
+
+def _array(group: h5py.Group, name: str, shape: tuple[int | str, ...]) -> NDArray[np.float64]:
+    """An array, once it is known to be of numbers, and not larger than a file may be."""
+    data = _inside(group, name, h5py.Dataset)
+    size = prod(data.shape or (0,)) * data.dtype.itemsize
+    if size > MOST_BYTES or data.dtype.kind not in "iuf" or data.external or data.is_virtual:
+        raise InvalidInputError(
+            f"{data.name} has shape {data.shape} of {data.dtype}, {size} bytes; valid are at most "
+            f"{MOST_BYTES} bytes of real numbers in this file"
+        )
+    return real_array(data[()], shape, f"{data.name} has")
+
+
+def _attribute(group: h5py.Group, name: str) -> Any:
+    if name not in group.attrs:
+        where = "" if group.name == "/" else f" of {group.name}"
+        raise InvalidInputError(f"no attribute {name}{where}")
+    return group.attrs[name]
+
+
+def _described(group: h5py.Group, name: str) -> dict[str, Any]:
+    """An attribute that is a JSON object."""
+    text = _attribute(group, name)
+    try:
+        value = json.loads(text)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InvalidInputError(f"{name} of {group.name} is not JSON") from error
+    if not isinstance(value, dict):
+        raise InvalidInputError(f"{name} is {shown(value)}, valid is a JSON object")
+    return value
 
 
 def _read(group: h5py.Group) -> Demonstration:
-    described = {
-        name: json.loads(group.attrs[name]) for name in ("posture", "settings", "versions")
-    }
-    for name, value in described.items():
-        if not isinstance(value, dict):
-            raise InvalidInputError(f"{name} is {value!r:.40}, valid is a JSON object")
-    posture = Posture.from_dict(described["posture"])
+    posture = Posture.from_dict(_described(group, "posture"))
     # The joints are stored for readers that do not know our angles; they must agree with them.
     for joint in ("shoulder", "elbow", "wrist"):
-        if not np.allclose(group[joint][:], getattr(posture, joint), rtol=0.0, atol=1e-9):
+        stored = _array(group, joint, (3,))
+        if not np.allclose(stored, getattr(posture, joint), rtol=0.0, atol=1e-9):
             raise InvalidInputError(
                 f"the joints of posture {posture.name!r} do not match its angles; the file was "
                 "made with another version or edited"
             )
     demonstration = Demonstration(
-        positions=group["positions"][:],
-        dt=float(group.attrs["dt"]),
+        positions=_array(group, "positions", ("T", 3)),
+        dt=_attribute(group, "dt"),
         posture=posture,
-        seed=int(group.attrs["seed"]),
-        commands=group["commands"][:],
-        settings=described["settings"],
-        versions=described["versions"],
+        seed=_attribute(group, "seed"),
+        commands=_array(group, "commands", ("T", 7)),
+        settings=_described(group, "settings"),
+        versions=_described(group, "versions"),
     )
-    if np.bytes_(group.attrs["sha256"]) != _digest(demonstration).encode():
+    if np.bytes_(_attribute(group, "sha256")) != _digest(demonstration).encode():
         raise InvalidInputError(
             f"the demonstration on {posture.name!r} does not match its checksum"
         )

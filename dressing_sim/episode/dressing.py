@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from types import NoneType
 from typing import Any
 
 import mujoco
@@ -13,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
-from dressing_sim.control.tracking import finite
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.meter import Meter, Row
 from dressing_sim.episode.outcome import Outcome
-from dressing_sim.episode.rules import RULES, ProtectiveStop, Rule, judge, margins
+from dressing_sim.episode.rule import Evidence, Rule
+from dressing_sim.episode.rules import RULES
 from dressing_sim.episode.snapshot import pack, unpack
 from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
@@ -81,6 +84,10 @@ class Dressing:
         config: EpisodeConfig | None = None,
         rules: Sequence[Rule] = RULES,
     ) -> None:
+        of_kind(posture, Posture, "posture", "a Posture")
+        of_kind(config, (EpisodeConfig, NoneType), "config", "an EpisodeConfig or None")
+        for rule in listed(rules, "rules", "a sequence of rules"):
+            of_kind(rule, Rule, "a rule", "a Rule")
         self.posture = posture
         self.config = config or EpisodeConfig()
         self.rules = tuple(rules)
@@ -120,9 +127,9 @@ class Dressing:
         self._stopped = False
         self._invalid = self._world.invalid_reason
         q = self._world.arm_configuration
-        first = q if command is None else finite("joint command", command, len(q), "rad")
+        first = q if command is None else real_vector(command, len(q), "joint command has", "rad")
         velocity = (first - q) / config.tracking.dt
-        self._target = self.start if target is None else finite("target", target, 3, "m")
+        self._target = self.start if target is None else real_vector(target, 3, "target has", "m")
         self._tracker.reset(first, velocity if command is not None else None, self._target)
         self._command, self._velocity = first, np.zeros_like(first)
         self._begun = True
@@ -159,9 +166,11 @@ class Dressing:
                 kinematics if not given.
         """
         self._check_goes_on()
-        q = finite("joint command", command, len(self._command), "rad")
+        q = real_vector(command, len(self._command), "joint command has", "rad")
         self._tracker.reset(q, (q - self._command) / self.config.tracking.dt)
-        place = self._tracker.target if target is None else finite("target", target, 3, "m")
+        place = (
+            self._tracker.target if target is None else real_vector(target, 3, "target has", "m")
+        )
         return self._advance(q, place)
 
     def _check_goes_on(self) -> None:
@@ -257,18 +266,35 @@ class Dressing:
         return judge(
             self.trace(),
             self.posture.shoulder,
-            self._in_time(finished),
+            len(self._meter) < self._steps_left if finished is None else finished,
             self.config.thresholds,
             self.rules,
         )
 
-    def margins(self, finished: bool | None = None) -> dict[str, float]:
-        """Signed margin of each rule by its name, see `dressing_sim.episode.rules.margins`."""
-        shoulder, thresholds = self.posture.shoulder, self.config.thresholds
-        return margins(self.trace(), shoulder, self._in_time(finished), thresholds, self.rules)
+    def margins(
+        self, time_left: float | None = None, reach_left: float | None = None
+    ) -> dict[str, float]:
+        """Signed margin of each rule by its name, see `dressing_sim.episode.judge.margins`.
 
-    def _in_time(self, finished: bool | None) -> bool:
-        return len(self._meter) < self._steps_left if finished is None else finished
+        Args:
+            time_left: What was left of the time when the robot had done all that it wanted to [s];
+                unless given, what is left now.
+            reach_left: How much farther from its targets the commanded gripper might have been
+                [m]; unless given, with the target of the last step.
+        """
+        trace, config = self.trace(), self.config
+        left = (self._steps_left - len(self._meter)) * config.tracking.dt
+        off = max(self.start_error, self.target_error)
+        evidence = Evidence(
+            trace,
+            self.posture.shoulder,
+            (left if left > 0.0 else -config.tracking.dt) if time_left is None else time_left,
+            config.thresholds,
+            config.world.grip_strength,
+            config.tracking.max_error - off if reach_left is None else reach_left,
+            self._world.robot_clearance(trace.joint_position),
+        )
+        return margins(evidence, self.rules)
 
     def _check_begun(self) -> None:
         if not self._begun:

@@ -22,9 +22,9 @@ class Metric:
     unit: str
     meaning: str
 
-    def text(self, value: float) -> str:
-        """A value of it for people, with its unit."""
-        return f"{value:.3f}" if self.unit == "-" else f"{value:.3f} {self.unit}"
+    def text(self, value: float, digits: int = 3) -> str:
+        """A value of it for people, with so many digits after the point and its unit."""
+        return f"{value:.{digits}f}" if self.unit == "-" else f"{value:.{digits}f} {self.unit}"
 
 
 def _of_links() -> list[Metric]:

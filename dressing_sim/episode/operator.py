@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from types import NoneType
 from typing import ClassVar, Self
 
 import numpy as np
@@ -16,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from dressing_sim.arm import Posture, up_across
+from dressing_sim.checks import of_kind, real_number, real_vector, whole_number
 from dressing_sim.config import check_numbers
-from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.path import Path
@@ -75,10 +76,10 @@ class OperatorConfig:
         varied = [name for name in names if name.endswith("variation")] + ["sway", "tremor"]
         check_numbers(self, "operator", ("dt", "speed"), varied)
         for name in names:
-            if not np.isfinite(getattr(self, name)):
-                raise InvalidInputError(
-                    f"operator: {name} is {getattr(self, name)}, valid is a finite number"
-                )
+            # Metres or less: nothing that a person does is larger. A step or a speed near zero
+            # would make a path of more points than memory has room for.
+            low = 1e-3 if name in ("dt", "speed") else -10.0
+            real_number(getattr(self, name), f"operator: {name}", low, 10.0)
 
 
 class Operator:
@@ -94,6 +95,7 @@ class Operator:
     stream: ClassVar[str] = ""
 
     def __init__(self, config: OperatorConfig | None = None) -> None:
+        of_kind(config, (OperatorConfig, NoneType), "operator: config", "OperatorConfig or None")
         self.config = config or OperatorConfig()
 
     @property
@@ -107,7 +109,10 @@ class Operator:
 
     def generate(self, posture: Posture, start: ArrayLike, seed: int = 0) -> Path:
         """The path that a seed gives, see `path`."""
-        return Path(self.path(posture, np.asarray(start), np.random.default_rng(seed)), self.dt)
+        of_kind(posture, Posture, "posture", "a Posture")
+        whole_number(seed, "seed")
+        start = real_vector(start, 3, "start has", "m")
+        return Path(self.path(posture, start, np.random.default_rng(seed)), self.dt)
 
     def path(self, posture: Posture, start: Vector, rng: np.random.Generator) -> Vector:
         """A path from the gripper's position to above the shoulder.

@@ -1,103 +1,27 @@
-"""The rules of success: what was measured in an episode becomes an outcome.
+"""The rules of success: what may not go wrong in a dressing, and what must be so at its end.
 
 Success, after Zhu, Gienger, Kober (2022), Section VI: the gripper reaches above and around the
 shoulder, does not hit the mannequin and does not stretch the cloth. Each condition is a `Rule`;
-`RULES` lists them, and nothing else knows how many there are. Everything that went wrong is
-reported, each failure with when and where it first occurred.
-
-The robot has a protective stop: once a rule that ends the episode is broken it stops, and the
-verdict is on what happened until then. What a robot would have torn its way through does not count.
+`RULES` lists them, and nothing else knows how many there are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from collections.abc import Sequence, Set
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rule import Evidence, Rule
 from dressing_sim.episode.thresholds import Thresholds
-from dressing_sim.episode.trace import Limited, Trace, region
+from dressing_sim.episode.trace import Limited, region
 
 #: A hem that stays within this much of an arm coordinate, some millimetres, does not move.
 _STILL = 0.02
 
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """What a rule judges.
-
-    Attributes:
-        trace: What was measured, up to the protective stop if there was one.
-        shoulder: Shoulder joint (3,), in the robot's base frame [m].
-        finished: Whether the robot came to the end of its path before the time limit.
-        thresholds: The numbers that decide.
-        stop: Names of the rules that stopped the robot in the trace's last row, each with the
-            number of rows for which it had been so; empty if none did.
-    """
-
-    trace: Trace
-    shoulder: NDArray[np.float64]
-    finished: bool
-    thresholds: Thresholds
-    stop: Mapping[str, int] = field(default_factory=dict)
-
-    @property
-    def last(self) -> int:
-        """Index of the last row."""
-        return len(self.trace) - 1
-
-    @property
-    def held(self) -> slice:
-        """The rows at the end in which the sleeve must be on, the last one at least."""
-        rows = max(1, round(self.thresholds.hold_time / self.trace.dt))
-        return slice(max(0, len(self.trace) - rows), None)
-
-    def failure(self, rule: Rule, row: int, detail: str, where: str | None = None) -> Failure:
-        """A failure of a rule that began in a row."""
-        s = float(self.trace.armscye_s[row])
-        return Failure(rule.name, detail, (row + 1) * self.trace.dt, s, where)
-
-
-class Rule:
-    """One condition of success.
-
-    A rule of one's own overrides `margin` and `failure`; one that ends the episode also overrides
-    `exceeded`. It is passed on with the others: ``Dressing(posture, config, (*RULES, MyRule()))``.
-
-    Attributes:
-        name: What a failure of it is called in files and tables.
-        title: The same in words, for people.
-        ends: Whether breaking it stops the robot.
-        colour: Of its failures in plots, as ``#rrggbb``; black is white on a dark page.
-        unit: Of its margin.
-        thresholds: Names of the fields of `Thresholds` that decide it.
-    """
-
-    name: str = ""
-    title: str = ""
-    ends: bool = False
-    colour: str = "#999999"
-    unit: str = "-"
-    thresholds: tuple[str, ...] = ()
-
-    def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
-        """Whether each of the rule's limits is exceeded in one row."""
-        return ()
-
-    def patience(self, thresholds: Thresholds) -> float:
-        """For how long a limit may be exceeded in one go before the robot stops [s]."""
-        return 0.0
-
-    def margin(self, evidence: Evidence) -> float:
-        """How far the episode is from breaking the rule, in `unit`; below zero it is broken."""
-        raise NotImplementedError(f"rule {self.name!r} has no margin")
-
-    def failure(self, evidence: Evidence) -> Failure | None:
-        """What went wrong by this rule, or None."""
-        raise NotImplementedError(f"rule {self.name!r} does not say what went wrong")
+#: The margin of a rule that is broken by next to nothing, such as a touch without force.
+_TOUCH = 1e-9
 
 
 class Unreachable(Rule):
@@ -107,7 +31,7 @@ class Unreachable(Rule):
     unit = "m"
 
     def margin(self, evidence: Evidence) -> float:
-        return 0.0
+        return evidence.reach_left
 
     def failure(self, evidence: Evidence) -> Failure | None:
         return None
@@ -117,13 +41,30 @@ class Unreachable(Rule):
         return Failure(self.name, detail)
 
 
+class Unanswered(Rule):
+    """The policy answers with a path. Broken before anything moves, or in closed loop at a step."""
+
+    name, title, colour = "policy_error", "the policy gave no answer", "#2200bb"
+
+    def margin(self, evidence: Evidence) -> float:
+        return 0.0
+
+    def failure(self, evidence: Evidence) -> Failure | None:
+        return None
+
+    def unanswered(self, detail: str) -> Failure:
+        """The failure of a policy that was asked and gave no answer that can be used."""
+        return Failure(self.name, detail)
+
+
 class Timeout(Rule):
     """The path ends before the time limit."""
 
     name, title, colour = "timeout", "the time limit came first", "#f0e442"
+    unit = "s"
 
     def margin(self, evidence: Evidence) -> float:
-        return 0.0 if evidence.finished else -1.0
+        return evidence.time_left
 
     def failure(self, evidence: Evidence) -> Failure | None:
         if evidence.stop or evidence.finished:
@@ -240,18 +181,23 @@ class RingOff(Rule):
 
 
 class Hit(Rule):
-    """The robot does not touch the mannequin."""
+    """The robot does not touch the mannequin.
+
+    The margin is the smallest distance between them, and how deep a touch went.
+    """
 
     name, title, colour = "hit", "the robot hit the mannequin", "#cc79a7"
-    ends, unit = True, "N"
+    ends, unit = True, "m"
 
     def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
         return (now.hit,)
 
     def margin(self, evidence: Evidence) -> float:
-        if not (evidence.trace.hit_by >= 0).any():
-            return 0.0
-        return -max(float(evidence.trace.hit_force.max()), 1e-9)  # a touch may have no force
+        known = evidence.robot_clearance
+        nearest = 0.0 if known is None else float(known.min())
+        touched = bool((evidence.trace.hit_by >= 0).any())
+        # A touch between two rows may be over, and the robot off again, when the next is measured.
+        return min(nearest, -_TOUCH) if touched else max(nearest, 0.0)
 
     def failure(self, evidence: Evidence) -> Failure | None:
         if self.name not in evidence.stop:
@@ -269,16 +215,20 @@ class Hit(Rule):
 
 
 class GraspLost(Rule):
-    """The fingers hold the cloth."""
+    """The fingers hold the cloth. The margin is what they could have held beyond the largest pull.
+
+    A pull that is lost ends at once, and the sensor hardly sees more than the fingers can hold.
+    """
 
     name, title, colour = "grasp_lost", "the cloth slipped from the fingers", "#e69f00"
-    ends = True
+    ends, unit = True, "N"
 
     def exceeded(self, now: Limited, thresholds: Thresholds) -> tuple[bool, ...]:
         return (not now.holding,)
 
     def margin(self, evidence: Evidence) -> float:
-        return float(evidence.trace.holding.mean()) - 1.0
+        left = evidence.grip_strength - float(evidence.trace.grip_force.max())
+        return left if evidence.trace.holding.all() else min(left, -_TOUCH)
 
     def failure(self, evidence: Evidence) -> Failure | None:
         if self.name not in evidence.stop:
@@ -361,10 +311,11 @@ def _sustained(values: NDArray[np.float64], evidence: Evidence) -> float:
     return float(np.lib.stride_tricks.sliding_window_view(values, rows).min(axis=1).max())
 
 
-UNREACHABLE = Unreachable()
+UNANSWERED, UNREACHABLE = Unanswered(), Unreachable()
 
 #: Every rule, in the order in which tables list failures. A new rule is one more entry.
 RULES: tuple[Rule, ...] = (
+    UNANSWERED,
     UNREACHABLE,
     Timeout(),
     StoppedShort(),
@@ -379,106 +330,6 @@ RULES: tuple[Rule, ...] = (
 
 #: Names of all rules, in the order in which tables list failures.
 REASONS: tuple[str, ...] = tuple(rule.name for rule in RULES)
-
-
-class ProtectiveStop:
-    """Watches a dressing row by row and says when the robot has to stop.
-
-    Args:
-        thresholds: The limits.
-        dt: Time between two rows [s].
-        rules: Those of them that end an episode are watched.
-    """
-
-    def __init__(self, thresholds: Thresholds, dt: float, rules: Sequence[Rule] = RULES) -> None:
-        self._thresholds = thresholds
-        self._rules = [rule for rule in rules if rule.ends]
-        self._patience = [round(rule.patience(thresholds) / dt) for rule in self._rules]
-        self.runs: dict[str, list[int]] = {}
-        """For how many rows each limit of a rule has been exceeded in one go."""
-
-    def observe(self, now: Limited) -> dict[str, int]:
-        """Look at the next row.
-
-        Returns:
-            Names of the rules for which the robot has to stop now, none while it may go on, each
-            with the number of rows for which it has been so.
-        """
-        reasons = {}
-        for rule, patience in zip(self._rules, self._patience, strict=True):
-            exceeded = rule.exceeded(now, self._thresholds)
-            before = self.runs.get(rule.name, [0] * len(exceeded))
-            runs = [n + 1 if over else 0 for n, over in zip(before, exceeded, strict=True)]
-            self.runs[rule.name] = runs
-            if max(runs, default=0) > patience:
-                reasons[rule.name] = max(runs)
-        return reasons
-
-
-def stopped(
-    trace: Trace, thresholds: Thresholds, rules: Sequence[Rule] = RULES
-) -> tuple[int, dict[str, int]] | None:
-    """The row at which the robot has to stop and `ProtectiveStop`'s reasons, or None."""
-    watch = ProtectiveStop(thresholds, trace.dt, rules)
-    for row, now in enumerate(trace.limited()):
-        reasons = watch.observe(now)
-        if reasons:
-            return row, reasons
-    return None
-
-
-def judge(
-    trace: Trace,
-    shoulder: NDArray[np.float64],
-    finished: bool,
-    thresholds: Thresholds | None = None,
-    rules: Sequence[Rule] = RULES,
-) -> Outcome:
-    """Judge a simulated episode.
-
-    Args:
-        trace: What was measured. What comes after the protective stop is not looked at.
-        shoulder: Shoulder joint (3,), in the robot's base frame [m].
-        finished: Whether the robot came to the end of its path before the time limit; of no
-            account after a protective stop.
-        thresholds: The numbers that decide.
-        rules: What is judged.
-
-    Returns:
-        The outcome, with a failure of every rule that is broken, in the rules' order.
-    """
-    evidence = _evidence(trace, shoulder, finished, thresholds or Thresholds(), rules)
-    found = [rule.failure(evidence) for rule in rules]
-    failures = tuple(failure for failure in found if failure is not None)
-    return Outcome(not failures, failures, evidence.trace.metrics(shoulder))
-
-
-def margins(
-    trace: Trace,
-    shoulder: NDArray[np.float64],
-    finished: bool,
-    thresholds: Thresholds | None = None,
-    rules: Sequence[Rule] = RULES,
-) -> dict[str, float]:
-    """Signed margin of each rule by its name, as `judge`; below zero where it is broken.
-
-    Unlike verdicts they change gradually with what the robot does, so they can be optimised.
-    """
-    evidence = _evidence(trace, shoulder, finished, thresholds or Thresholds(), rules)
-    return {rule.name: rule.margin(evidence) for rule in rules}
-
-
-def _evidence(
-    trace: Trace,
-    shoulder: NDArray[np.float64],
-    finished: bool,
-    thresholds: Thresholds,
-    rules: Sequence[Rule],
-) -> Evidence:
-    stop = stopped(trace, thresholds, rules)
-    if stop is None:
-        return Evidence(trace, shoulder, finished, thresholds)
-    return Evidence(trace[: stop[0] + 1], shoulder, finished, thresholds, stop[1])
 
 
 def count_reasons(outcomes: Sequence[Outcome]) -> dict[str, int]:

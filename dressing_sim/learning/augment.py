@@ -11,10 +11,12 @@ the expert demonstrations falls (Zhu, Gienger and Kober 2022, Algorithm 1):
 from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from types import NoneType
 from typing import Literal, Protocol, Self, get_args
 
 import numpy as np
 
+from dressing_sim.checks import function_or_none, of_kind, one_of, real_number, shown, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -22,7 +24,7 @@ from dressing_sim.learning.demonstrations import (
     check_demonstrations,
 )
 from dressing_sim.learning.frame import Frame
-from dressing_sim.learning.noise import NoiseReference, add_white_noise
+from dressing_sim.learning.noise import LARGEST_SNR_DB, NoiseReference, add_white_noise
 from dressing_sim.learning.policy import Policy
 from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
@@ -31,6 +33,12 @@ Method = Literal["noise", "rf", "rf+noise"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Termination = Literal["first", "both"]
 Retraining = Literal["warm", "cold"]
+
+#: More iterations, and more demonstrations, are not meant.
+MOST_ITERATIONS = 100_000
+
+#: What Algorithm 1 calls of a policy.
+_NEEDED = ("fit", "refit", "synthesise", "cost")
 
 PRINTED_LOOP_LIMIT = 20  # times max_iterations, see ``termination``
 
@@ -132,13 +140,10 @@ class AugmentOptions:
             ("retrain", self.retrain, get_args(Retraining)),
         )
         for name, value, valid in choices:
-            if value not in valid:
-                raise InvalidInputError(f"{name} must be one of {', '.join(valid)}, not {value!r}")
+            one_of(value, name, valid)
         for name in ("max_iterations", "max_demonstrations"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInputError(f"{name} must be >= 0, not {getattr(self, name)}")
-        if not np.isfinite(self.snr_db):
-            raise InvalidInputError(f"snr_db must be finite, not {self.snr_db}")
+            whole_number(getattr(self, name), name, 0, MOST_ITERATIONS)
+        real_number(self.snr_db, "snr_db", -LARGEST_SNR_DB, LARGEST_SNR_DB)
 
     def goes_on(self, n_demonstrations: int, iteration: int) -> bool:
         """Whether the loop has another iteration with so many demonstrations and candidates."""
@@ -175,6 +180,7 @@ def augment(
     Raises:
         InvalidInputError: demonstrations that cannot be learned from.
     """
+    _check_arguments(rng, options, policy, sampler, on_iteration)
     options = options or AugmentOptions()
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)
@@ -211,6 +217,20 @@ def augment(
         if on_iteration is not None:
             on_iteration(candidate)
     return Augmentation(initial, initial_cost, current, cost, training, tuple(history))
+
+
+def _check_arguments(
+    rng: object, options: object, policy: object, sampler: object, on_iteration: object
+) -> None:
+    """Raise InvalidInputError unless the arguments of `augment` are of the right kinds."""
+    of_kind(rng, np.random.Generator, "rng", "a random generator of numpy's")
+    of_kind(options, (AugmentOptions, NoneType), "options", "AugmentOptions or None")
+    if not all(callable(getattr(policy, name, None)) for name in _NEEDED if policy is not None):
+        raise InvalidInputError(
+            f"policy is {shown(policy)}, valid is None or something with {', '.join(_NEEDED)}"
+        )
+    of_kind(sampler, (SituationSampler, NoneType), "sampler", "something with sample, or None")
+    function_or_none(on_iteration, "on_iteration")
 
 
 def _synthetic(

@@ -3,11 +3,13 @@
 from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import asdict, fields
+from types import NoneType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dressing_sim.checks import of_kind, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.augment import Augmentation, AugmentOptions, augment
 from dressing_sim.learning.demonstrations import DemonstrationLike
@@ -51,6 +53,8 @@ class AugmentedTPGMM:
         policy: TrajectoryTPGMM | None = None,
         sampler: SamplerFactory = BoundsSampler.around,
     ) -> None:
+        of_kind(options, (AugmentOptions, NoneType), "options", "AugmentOptions or None")
+        whole_number(seed, "seed")
         self.options = options or AugmentOptions()
         self.seed = seed
         if not isinstance(policy, TrajectoryTPGMM | None):

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dressing_sim.checks import LARGEST, listed, of_kind, real_number, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import em
 from dressing_sim.learning.demonstrations import DemonstrationLike
 from dressing_sim.learning.frame import FloatArray
-from dressing_sim.learning.tpgmm import TPGMM
+from dressing_sim.learning.tpgmm import MOST_COMPONENTS, TPGMM
 
 NEGLIGIBLE_WEIGHT = 0.01  # a component that explains fewer of the samples does not count
 
@@ -32,6 +33,9 @@ def n_parameters(n_components: int, n_frames: int, n_dims: int, n_shared: int = 
         n_dims: D.
         n_shared: s, 1 for a time-based model (time), 0 for a trajectory-based one.
     """
+    for name, value in (("n_components", n_components), ("n_frames", n_frames), ("n_dims", n_dims)):
+        whole_number(value, name, 1)
+    whole_number(n_shared, "n_shared", 0, n_dims)
     own = n_dims - n_shared
     common = n_shared + n_shared * (n_shared + 1) // 2
     per_frame = own + own * n_shared + own * (own + 1) // 2
@@ -49,6 +53,7 @@ def bic(model: TPGMM, demonstrations: Sequence[DemonstrationLike]) -> float:
         model: fitted.
         demonstrations: what it was fitted to.
     """
+    of_kind(model, TPGMM, "model", "a TPGMM")
     mixture = model.fitted()
     data, _ = model.samples(demonstrations)
     _, log_likelihood = em.responsibilities(data, mixture)
@@ -83,11 +88,11 @@ def choose_by_bic(
     Raises:
         InvalidInputError: one is below 1, or none of them could be fitted.
     """
+    of_kind(model, TPGMM, "model", "a TPGMM")
     scores = []
     fault = "no candidate was given"
-    for n_components in candidates:
-        if n_components < 1:
-            raise InvalidInputError(f"a candidate is {n_components}, valid is 1 or more")
+    for n_components in listed(candidates, "candidates", "whole numbers"):
+        whole_number(n_components, "a candidate", 1, MOST_COMPONENTS)
         trial = copy(model)
         trial.n_components = n_components
         try:
@@ -147,8 +152,11 @@ def choose_by_dirichlet_process(
         max_steps: steps after which it stops in any case.
         tolerance: it stops once no component's weight changes by more in a step.
     """
-    if not concentration > 0:
-        raise InvalidInputError(f"the concentration must be > 0, not {concentration}")
+    of_kind(model, TPGMM, "model", "a TPGMM")
+    whole_number(max_components, "max_components", 1, MOST_COMPONENTS)
+    real_number(concentration, "the concentration", 0.0, LARGEST, above=True)
+    whole_number(max_steps, "max_steps", 0)
+    real_number(tolerance, "the tolerance", 0.0)
     data, lengths = model.samples(demonstrations)
     floor = em.covariance_floor(
         data, model.blocks(data.shape[1]), model.floor, model.relative_floor

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dressing_sim.checks import listed, real_array
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.dtw import dtw_distance
 from dressing_sim.learning.frame import FloatArray
@@ -56,15 +57,16 @@ def _pairs(
     reproductions: Sequence[FloatArray], demonstrated: Sequence[FloatArray]
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Each reproduction with its demonstration, as arrays."""
-    if len(demonstrated) == 0 or len(reproductions) != len(demonstrated):
+    paths, experts = (
+        listed(some, "the paths of a cost", "a sequence of paths")
+        for some in (reproductions, demonstrated)
+    )
+    if len(experts) == 0 or len(paths) != len(experts):
         raise InvalidInputError(
             f"a cost needs one reproduction a demonstration and at least one, "
-            f"not {len(reproductions)} and {len(demonstrated)}"
+            f"not {len(paths)} and {len(experts)}"
         )
-    pairs = [
-        (np.asarray(path, dtype=np.float64), np.asarray(expert, dtype=np.float64))
-        for path, expert in zip(reproductions, demonstrated, strict=True)
-    ]
-    if not all(np.isfinite(array).all() for pair in pairs for array in pair):
-        raise InvalidInputError("a cost needs paths that are finite")
-    return pairs
+    arrays = (
+        [real_array(path, None, "a cost: a path has") for path in some] for some in (paths, experts)
+    )
+    return list(zip(*arrays, strict=True))

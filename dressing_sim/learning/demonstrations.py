@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from dressing_sim.checks import listed, real_array, real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray, Frame, Situation
 
@@ -44,10 +45,13 @@ class SyntheticDemonstration:
     frames: Sequence[Frame]
 
     def __post_init__(self) -> None:
-        positions = np.array(self.positions, dtype=np.float64)
+        named = "a demonstration's positions have"
+        positions = np.array(real_array(self.positions, None, named, finite=False))
         positions.flags.writeable = False
         object.__setattr__(self, "positions", positions)
-        object.__setattr__(self, "frames", Situation.of(self.frames))
+        frames = listed(self.frames, "a demonstration's frames", "a sequence of frames")
+        if not isinstance(self.frames, Situation):
+            object.__setattr__(self, "frames", Situation.of(frames))
 
 
 def check_demonstrations(
@@ -59,36 +63,48 @@ def check_demonstrations(
         InvalidInputError: naming the first demonstration that is too short, not finite, standing
             still, or whose frames do not match the first one's.
     """
-    checked = tuple(demonstrations)
+    checked = listed(demonstrations, "demonstrations", "a sequence of demonstrations")
     if not checked:
         raise InvalidInputError("at least one demonstration is needed, got none")
-    n_frames = len(checked[0].frames)
-    dimension = np.asarray(checked[0].positions).shape[-1]
+    first: tuple[int, int] | None = None
     for index, demonstration in enumerate(checked):
-        fault = _fault(demonstration, n_frames, dimension)
-        if fault:
-            raise InvalidInputError(f"demonstration {index} {fault}")
+        try:
+            first = _check(demonstration, first)
+        except InvalidInputError as error:
+            raise InvalidInputError(f"demonstration {index} {error}") from error
     return checked
 
 
-def _fault(demonstration: DemonstrationLike, n_frames: int, dimension: int) -> str | None:
-    positions = np.asarray(demonstration.positions)
-    if positions.ndim != 2 or positions.shape[1] != dimension:
-        return f"needs positions of shape (T, {dimension}), not {positions.shape}"
+def _check(demonstration: DemonstrationLike, first: tuple[int, int] | None) -> tuple[int, int]:
+    """Number of frames and of dimensions, once they are the first one's and all else is fine."""
+    if not isinstance(demonstration, DemonstrationLike):
+        raise InvalidInputError(
+            f"is {shown(demonstration)}, valid is something with positions, dt and frames"
+        )
+    frames = listed(demonstration.frames, "has frames: it", "a sequence of frames")
+    faulty = [frame for frame in frames if not isinstance(frame, Frame)]
+    if faulty:
+        raise InvalidInputError(f"has {shown(faulty[0])} among its frames, valid are frames")
+    width: int | str = "p" if first is None else first[1]
+    positions = real_array(demonstration.positions, ("T", width), "has positions of")
     if len(positions) < FEWEST_SAMPLES:
-        return f"has {len(positions)} samples; at least {FEWEST_SAMPLES} are needed"
-    if not np.isfinite(positions).all():
-        return "has positions that are not finite"
-    if not (np.isfinite(demonstration.dt) and demonstration.dt > 0):
-        return f"needs dt > 0, not {demonstration.dt}"
-    if len(demonstration.frames) != n_frames or n_frames == 0:
-        return f"has {len(demonstration.frames)} frames where {max(n_frames, 1)} are needed"
-    if any(frame.dimension != dimension for frame in demonstration.frames):
-        return f"needs frames of dimension {dimension}"
-    extent = np.ptp(positions, axis=0).max()
-    if not extent > 1e-9 * (1.0 + np.abs(positions).max()):
-        return "stands still: there is no motion to learn from"
-    return None
+        raise InvalidInputError(
+            f"has {len(positions)} samples; at least {FEWEST_SAMPLES} are needed"
+        )
+    dimension = positions.shape[1]
+    try:
+        real_number(demonstration.dt, "its dt", 0.0, above=True)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"needs dt > 0: {error}") from error
+    n_frames = len(frames) if first is None else first[0]
+    if len(frames) != n_frames or n_frames == 0:
+        raise InvalidInputError(f"has {len(frames)} frames where {max(n_frames, 1)} are needed")
+    if any(frame.dimension != dimension for frame in frames):
+        raise InvalidInputError(f"needs frames of dimension {dimension}")
+    extent = np.ptp(positions, axis=0).max(initial=0.0)
+    if not extent > 1e-9 * (1.0 + np.abs(positions).max(initial=0.0)):
+        raise InvalidInputError("stands still: there is no motion to learn from")
+    return n_frames, dimension
 
 
 def duration(demonstration: DemonstrationLike) -> float:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dressing_sim.checks import real_array
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray
 
@@ -60,13 +61,11 @@ def dtw(x: ArrayLike, y: ArrayLike) -> Warping:
 
 def _paths(x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """The paths as the compiled loops want them: (p, N), and (p, M) backwards."""
-    a, b = (np.asarray(path, dtype=np.float64) for path in (x, y))
+    a, b = (real_array(path, None, "dtw needs other paths: one has") for path in (x, y))
     if a.ndim == b.ndim == 1:
         a, b = a[:, None], b[:, None]
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1] or not (a.size and b.size):
         raise InvalidInputError(
             f"dtw needs two paths of shape (N, p) and (M, p), not {a.shape} and {b.shape}"
         )
-    if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise InvalidInputError("dtw needs paths that are finite")
     return np.ascontiguousarray(a.T), np.ascontiguousarray(b[::-1].T)

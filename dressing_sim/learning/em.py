@@ -16,8 +16,12 @@ from typing import Literal
 
 import numpy as np
 
+from dressing_sim.checks import real_array, real_number, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray
+
+#: More steps of expectation-maximisation are not meant.
+MOST_STEPS = 1_000_000
 
 Initialisation = Literal["time-bins", "k-means"]
 
@@ -53,6 +57,10 @@ class Mixture:
 
     def check(self) -> None:
         """Raise ``InvalidInputError`` unless shapes agree and all is finite."""
+        for name in ("priors", "means", "covariances"):
+            real_array(getattr(self, name), None, f"a mixture's {name} has", finite=False)
+        if np.ndim(self.means) != 3:
+            raise InvalidInputError("a mixture's means do not have the shape (K, P, D)")
         k, p, d = self.means.shape
         if self.priors.shape != (k,) or self.covariances.shape != (k, p, d, d):
             raise InvalidInputError("a mixture's priors, means and covariances do not match")
@@ -77,12 +85,13 @@ class EMOptions:
     tolerance: float = 1e-5
 
     def __post_init__(self) -> None:
-        if not 1 <= self.min_steps <= self.max_steps:
+        for name in ("min_steps", "max_steps"):
+            whole_number(getattr(self, name), f"EM's {name}", 1, MOST_STEPS)
+        if not self.min_steps <= self.max_steps:
             raise InvalidInputError(
                 f"EM needs 1 <= min_steps <= max_steps, not {self.min_steps} and {self.max_steps}"
             )
-        if not self.tolerance >= 0:
-            raise InvalidInputError(f"EM's tolerance must be >= 0, not {self.tolerance}")
+        real_number(self.tolerance, "EM's tolerance", 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dressing_sim.checks import whole_number
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.demonstrations import DemonstrationLike, check_demonstrations, in_frames
 from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
 
@@ -35,6 +37,7 @@ class Endpoint:
     @classmethod
     def of(cls, demonstrations: Sequence[DemonstrationLike], index: int) -> "Endpoint":
         """The model of sample ``index`` of each demonstration: 0 for the start, -1 for the end."""
+        whole_number(index, "the index of a sample", -1, 0)
         paths = [in_frames(d.positions, d.frames) for d in check_demonstrations(demonstrations)]
         points = np.stack([path[:, index] for path in paths])
         means = points.mean(axis=0)
@@ -50,6 +53,11 @@ class Endpoint:
     def predict(self, frames: Sequence[Frame]) -> FloatArray:
         """The point (p,) in world coordinates for a situation."""
         bases, origins = stack_frames(frames)
+        if bases.shape != self.covariances.shape:
+            raise InvalidInputError(
+                f"the situation has frames of shape {bases.shape}, valid is as many, and of the "
+                f"same dimension, as learned from: {self.covariances.shape}"
+            )
         precisions = np.linalg.inv(bases @ self.covariances @ bases.transpose(0, 2, 1))
         points = np.einsum("pij,pj->pi", bases, self.means) + origins
         weighted = np.einsum("pij,pj->i", precisions, points)

@@ -7,6 +7,7 @@ from typing import NoReturn, Self, SupportsIndex, TypeAlias, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dressing_sim.checks import listed, of_kind, real_array, shown
 from dressing_sim.errors import InvalidInputError
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -33,15 +34,13 @@ class Frame:
     b: FloatArray
 
     def __post_init__(self) -> None:
-        basis = np.array(self.A, dtype=np.float64)
-        origin = np.array(self.b, dtype=np.float64)
-        if origin.ndim != 1 or basis.shape != (origin.size, origin.size):
+        basis = np.array(real_array(self.A, None, "a frame's A has"))
+        origin = np.array(real_array(self.b, None, "a frame's b has"))
+        if origin.ndim != 1 or basis.shape != (origin.size, origin.size) or origin.size == 0:
             raise InvalidInputError(
                 f"a frame needs A of shape (p, p) and b of shape (p,), "
                 f"not {basis.shape} and {origin.shape}"
             )
-        if not (np.isfinite(basis).all() and np.isfinite(origin).all()):
-            raise InvalidInputError("a frame's A and b must be finite")
         if not np.linalg.cond(basis) < LARGEST_CONDITION:
             raise InvalidInputError(f"a frame's A must be invertible, not {basis.tolist()}")
         basis.flags.writeable = False
@@ -74,12 +73,7 @@ class Frame:
 
     def _checked(self, values: ArrayLike) -> FloatArray:
         """Values (..., p) as an array."""
-        array = np.asarray(values, dtype=np.float64)
-        if array.shape[-1:] != (self.dimension,):
-            raise InvalidInputError(
-                f"an array has the shape {array.shape}, valid is (..., {self.dimension})"
-            )
-        return array
+        return real_array(values, ("...", self.dimension), "points have")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Frame):
@@ -122,7 +116,7 @@ class Situation(tuple[Frame, ...]):
         self = super().__new__(cls, frames or named.values())
         others = [frame for frame in self if not isinstance(frame, Frame)]
         if others:
-            raise InvalidInputError(f"a situation holds frames, not {others[0]!r:.40}")
+            raise InvalidInputError(f"a situation holds frames, not {shown(others[0])}")
         vars(self).update(named, names=tuple(named))
         return self
 
@@ -131,6 +125,7 @@ class Situation(tuple[Frame, ...]):
         """The frames as a situation: as it is if it is one, else with the names given."""
         if isinstance(frames, cls) and not names:
             return frames
+        frames = listed(frames, "frames", "a sequence of frames")
         if names:
             return cls(**dict(zip(names, frames, strict=True)))
         return cls(*frames)
@@ -169,12 +164,25 @@ class Situation(tuple[Frame, ...]):
         return f"Situation({', '.join(inside)})"
 
 
+def situation(frames: Sequence[Frame]) -> tuple[Frame, ...]:
+    """Frames as a tuple, once they are frames.
+
+    Raises:
+        InvalidInputError: Something else is among them.
+    """
+    found = listed(frames, "a situation", "a sequence of frames")
+    for frame in found:
+        of_kind(frame, Frame, "a frame of a situation", "a Frame")
+    return found
+
+
 def stack_frames(frames: Sequence[Frame]) -> tuple[FloatArray, FloatArray]:
     """Bases (P, p, p) and origins (P, p) of a situation of P frames.
 
     Raises:
         InvalidInputError: no frame, or frames of different dimension.
     """
+    frames = situation(frames)
     if not frames:
         raise InvalidInputError("a situation needs at least one frame")
     if len({frame.dimension for frame in frames}) > 1:

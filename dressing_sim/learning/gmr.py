@@ -18,11 +18,12 @@ Source: Zhu, Gienger and Kober (2022), section III; Calinon (2016), see ``em``.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dressing_sim.checks import one_of, real_array
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.em import Mixture
 from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
@@ -33,9 +34,8 @@ FUSION_ORDERS: tuple[FusionOrder, ...] = get_args(FusionOrder)
 
 def check_fusion(fusion: str) -> FusionOrder:
     """The fusion order, once it is one of the two that exist."""
-    if fusion not in FUSION_ORDERS:
-        raise InvalidInputError(f"fusion must be one of {', '.join(FUSION_ORDERS)}, not {fusion!r}")
-    return fusion
+    one_of(fusion, "fusion", FUSION_ORDERS)
+    return cast(FusionOrder, fusion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +105,10 @@ def lift(frames: Sequence[Frame], n_time: int, n_copies: int) -> tuple[FloatArra
     return lifted, offsets
 
 
-@dataclass(frozen=True, eq=False)
-class Regression:
+class Regression(NamedTuple):
     """A mixture prepared for regression: what does not depend on the query, computed once.
+
+    A tuple, which the compiled loops take as it is.
 
     Attributes:
         log_weights: log(pi_k) - log(det(2 pi S_II)) / 2, (P, K).
@@ -127,19 +128,6 @@ class Regression:
     ridge: FloatArray
     shared: bool
 
-    def arrays(self) -> tuple[Any, ...]:
-        """The arguments of the compiled loops, in their order."""
-        return (
-            self.log_weights,
-            self.input_means,
-            self.precisions,
-            self.output_means,
-            self.gains,
-            self.residuals,
-            self.ridge,
-            self.shared,
-        )
-
     def __call__(self, queries: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Conditional means (T, o) and covariances (T, o, o) for queries (T, i).
 
@@ -148,8 +136,9 @@ class Regression:
         """
         from dressing_sim.learning.kernels.regression import regress
 
-        points = np.ascontiguousarray(queries, dtype=np.float64)
-        means, covariances = regress(points, *self.arrays())
+        shape = ("T", self.input_means.shape[-1])
+        points = np.ascontiguousarray(real_array(queries, shape, "queries have"))
+        means, covariances = regress(points, self)
         return check_finite(means), covariances
 
 

@@ -12,6 +12,7 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dressing_sim.checks import listed, of_kind, real_array, real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.demonstrations import DemonstrationLike, check_demonstrations
 from dressing_sim.learning.frame import FloatArray, Frame, Situation
@@ -27,7 +28,7 @@ class SituationSampler(Protocol):
 
 def rotation(angles: ArrayLike) -> FloatArray:
     """Rotation matrix of one angle (2 x 2) or of three Euler angles (3 x 3), in [rad]."""
-    values = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    values = np.atleast_1d(real_array(angles, None, "angles have", "rad"))
     cosines, sines = np.cos(values), np.sin(values)
     if values.shape == (1,):
         return np.array([[cosines[0], -sines[0]], [sines[0], cosines[0]]])
@@ -45,7 +46,7 @@ def rotation(angles: ArrayLike) -> FloatArray:
 
 def euler_angles(matrix: ArrayLike) -> FloatArray:
     """Angles of a rotation matrix, the inverse of ``rotation``: (1,) or (3,), in [rad]."""
-    r = np.asarray(matrix, dtype=np.float64)
+    r = real_array(matrix, None, "a rotation has")
     if r.shape == (2, 2):
         return np.array([np.arctan2(r[1, 0], r[0, 0])])
     if r.shape != (3, 3):
@@ -58,11 +59,12 @@ def euler_angles(matrix: ArrayLike) -> FloatArray:
 
 
 def _bounds(low: ArrayLike, high: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
-    a = np.atleast_1d(np.asarray(low, dtype=np.float64))
-    b = np.atleast_1d(np.asarray(high, dtype=np.float64))
-    if a.shape != b.shape or not (np.isfinite(a).all() and np.isfinite(b).all() and (a <= b).all()):
+    a = np.atleast_1d(real_array(low, None, f"the bounds of the {name} have"))
+    b = np.atleast_1d(real_array(high, None, f"the bounds of the {name} have"))
+    if a.shape != b.shape or not (a <= b).all():
         raise InvalidInputError(
-            f"the bounds of the {name} must be finite and low <= high, not {low!r} to {high!r}"
+            f"the bounds of the {name} must be finite and low <= high, not {shown(low)} to "
+            f"{shown(high)}"
         )
     return a, b
 
@@ -82,6 +84,12 @@ class FrameBounds:
     translation: tuple[FloatArray, FloatArray]
 
     def __post_init__(self) -> None:
+        for name in ("angles", "translation"):
+            pair = listed(getattr(self, name), f"the bounds of the {name}", "lowest and highest")
+            if len(pair) != 2:
+                raise InvalidInputError(
+                    f"the bounds of the {name} are {len(pair)}, valid is lowest and highest"
+                )
         angles = _bounds(*self.angles, "angles")
         translation = _bounds(*self.translation, "translation")
         frame = Frame(self.base, translation[0])
@@ -94,11 +102,13 @@ class FrameBounds:
     @classmethod
     def fixed(cls, frame: Frame) -> Self:
         """Bounds that hold one frame only."""
+        of_kind(frame, Frame, "frame", "a Frame")
         zero = np.zeros({2: 1, 3: 3}.get(frame.dimension, 0))
         return cls(frame.A, (zero, zero), (frame.b, frame.b))
 
     def sample(self, rng: np.random.Generator) -> Frame:
         """A frame, uniform within the bounds."""
+        of_kind(rng, np.random.Generator, "rng", "a random generator of numpy's")
         translation = rng.uniform(*self.translation)
         return Frame(rotation(rng.uniform(*self.angles)) @ self.base, translation)
 
@@ -114,6 +124,12 @@ class BoundsSampler:
 
     bounds: tuple[FrameBounds, ...]
     names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for one in listed(self.bounds, "bounds", "a sequence of FrameBounds"):
+            of_kind(one, FrameBounds, "bounds of a frame", "FrameBounds")
+        for name in listed(self.names, "names", "a sequence of texts"):
+            of_kind(name, str, "the name of a frame", "a text")
 
     def sample(self, rng: np.random.Generator) -> Situation:
         """A situation, each frame uniform within its bounds."""
@@ -136,6 +152,8 @@ class BoundsSampler:
             angle_margin: added on both sides of each angle that varies, in [rad].
             translation_margin: added on both sides, as a fraction of each coordinate's range.
         """
+        real_number(angle_margin, "angle_margin", 0.0)
+        real_number(translation_margin, "translation_margin", 0.0)
         situations = [Situation.of(d.frames) for d in check_demonstrations(demonstrations)]
         bounds = []
         for views in zip(*situations, strict=True):

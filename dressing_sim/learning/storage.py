@@ -4,15 +4,17 @@ The file is written under a temporary name in the same folder and then moved, so
 either the old file or the whole new one.
 """
 
+import io
 import json
-import zipfile
 from pathlib import Path
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import replacing
+from dressing_sim.archives import read_npz, to_json
+from dressing_sim.checks import of_kind, real_array, shown
+from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.files import write_bytes
 from dressing_sim.learning.frame import FloatArray
 from dressing_sim.provenance import provenance
 
@@ -44,9 +46,10 @@ def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Array
         "settings": settings,
         "provenance": provenance(),
     }
-    header = json.dumps(named, default=_plain)
-    with replacing(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, header=np.array(header), **arrays)
+    header = to_json(named, str(path), default=_plain)
+    content = io.BytesIO()
+    np.savez(content, allow_pickle=False, header=np.array(header), **arrays)
+    write_bytes(path, content.getvalue())
     return Path(path)
 
 
@@ -64,22 +67,36 @@ def read_archive(path: str | Path) -> tuple[str, Settings, Arrays]:
         InvalidInputError: no such file, or not one of ours.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: np.asarray(archive[name]) for name in archive.files}
+        arrays = read_npz(path)
+    except InvalidInputError as error:
+        if "cannot be read" in str(error):
+            raise
+        raise InvalidInputError(f"{path} is not a saved model: {error}") from error
+    header = _header(path, arrays)
+    return header["kind"], header["settings"], arrays
+
+
+def _header(path: str | Path, arrays: dict[str, Any]) -> dict[str, Any]:
+    """What an archive says of itself, taken out of its arrays."""
+    if "header" not in arrays:
+        raise InvalidInputError(f"{path} is not a saved model: no array header")
+    try:
         header = json.loads(str(arrays.pop("header")))
-        if header["format"] != FORMAT or header["version"] != VERSION:
+    except (ValueError, RecursionError) as error:
+        raise InvalidInputError(f"{path} is not a saved model: its header is not JSON") from error
+    for key, kind in (("format", str), ("version", int), ("kind", str), ("settings", dict)):
+        if not isinstance(header, dict) or not isinstance(header.get(key), kind):
             raise InvalidInputError(
-                f"{path} has format {header['format']} {header['version']}, not {FORMAT} {VERSION}"
+                f"{path} is not a saved model: its header has no {key}, valid is a file that "
+                "'save_model' wrote"
             )
-        return str(header["kind"]), dict(header["settings"]), arrays
-    except OSError as error:
-        raise InvalidInputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        raise InvalidInputError(f"{path} is not a saved model") from error
-    except InvalidInputError:
-        raise
-    except (ValueError, RuntimeError) as error:  # what numpy, json and zipfile raise otherwise
-        raise InvalidInputError(f"{path} is not a saved model") from error
+    if header["format"] != FORMAT or header["version"] != VERSION:
+        newer = " (of a newer dressing_sim)" if header["version"] > VERSION else ""
+        raise InvalidInputError(
+            f"{path} has format {one_line(header['format'], 60)} {header['version']}{newer}, not "
+            f"{FORMAT} {VERSION}"
+        )
+    return header
 
 
 def _kinds() -> dict[str, type[Storable]]:
@@ -104,6 +121,7 @@ def save_model(model: Storable, path: str | Path) -> Path:
     Raises:
         InvalidInputError: another kind of model, or one that is not fitted.
     """
+    of_kind(path, (str, Path), "path", "a file to write")
     for kind, type_ in _kinds().items():
         if type(model) is type_:
             return write_archive(path, kind, *model.state())
@@ -116,11 +134,22 @@ def load_model(path: str | Path) -> Any:
     Raises:
         InvalidInputError: no such file, not a saved model, or one whose parts do not fit together.
     """
+    of_kind(path, (str, Path), "path", "a file that save_model wrote")
     kind, settings, arrays = read_archive(path)
     type_ = _kinds().get(kind)
     if type_ is None:
-        raise InvalidInputError(f"{path} holds a {kind!r}; valid are {', '.join(_kinds())}")
+        raise InvalidInputError(f"{path} holds a {shown(kind)}; valid are {', '.join(_kinds())}")
     try:
-        return type_.from_state(settings, arrays)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InvalidInputError(f"{path} is not a sound model: {error}") from error
+        return type_.from_state(settings, _Parts(arrays))
+    except KeyError as error:
+        raise InvalidInputError(f"{path} is not a sound model: it has no {error}") from error
+    except (AttributeError, TypeError, ValueError, OverflowError) as error:
+        told = one_line(str(error))
+        raise InvalidInputError(f"{path} is not a sound model: {told}") from error
+
+
+class _Parts(Arrays):
+    """Arrays of a file, each checked as it is asked for."""
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return real_array(super().__getitem__(name), None, f"array {name} of the mixture has")

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.checks import LARGEST, real_array, real_number, real_vector, truth_value
 from dressing_sim.learning.costs import rms_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -59,10 +59,8 @@ class TimeTPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        if not (ridge >= 0 and 0 < blend <= 1):
-            raise InvalidInputError(
-                f"a time-based policy needs ridge >= 0 and 0 < blend <= 1, not {ridge} and {blend}"
-            )
+        real_number(ridge, "a time-based policy's ridge", 0.0, LARGEST)
+        real_number(blend, "a time-based policy's blend", 0.0, 1.0, above=True)
         self.fusion = check_fusion(fusion)
         self.ridge = ridge
         self.blend = blend
@@ -99,6 +97,7 @@ class TimeTPGMM:
             demonstrations: with the same number of frames.
             warm: whether expectation-maximisation starts from this policy's mixture.
         """
+        truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
         other.model.fit(demonstrations, self.model.fitted() if warm else None)
@@ -112,7 +111,9 @@ class TimeTPGMM:
             times: (T,) since the start in [s].
         """
         regression = self.model.regression(frames, self.fusion, self.ridge)
-        return regression(np.asarray(times, dtype=np.float64)[:, None] * self.model.time_scale)
+        return regression(
+            real_array(times, ("T",), "times have", "s")[:, None] * self.model.time_scale
+        )
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike | None = None) -> FloatArray:
         """The motion for a situation, of the demonstrations' mean duration.
@@ -139,11 +140,8 @@ class TimeTPGMM:
         path, _ = self.at_times(frames, times)
         if start is None:
             return path
-        origin = np.asarray(start, dtype=np.float64)
-        if origin.shape != path.shape[1:] or not np.isfinite(origin).all():
-            raise InvalidInputError(
-                f"start must be {path.shape[1]} finite coordinates, not {start!r}"
-            )
+        p = path.shape[1]
+        origin = real_vector(start, p, f"start must be {p} finite coordinates: it has")
         phase = np.minimum(times / (self.blend * self.duration), 1.0)
         fade = 1.0 - phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)
         blended = path + fade[:, None] * (origin - path[0])
@@ -189,6 +187,6 @@ class TimeTPGMM:
         names = ("fusion", "ridge", "blend")
         policy = cls(**{name: settings[name] for name in names})
         policy.model = TPGMM.from_state(settings["model"], arrays)
-        policy.dt = settings["dt"]
-        policy.duration = settings["duration"]
+        policy.dt = real_number(settings["dt"], "dt", 0.0, above=True)
+        policy.duration = real_number(settings["duration"], "duration", 0.0, 1e6 * policy.dt)
         return policy

@@ -8,10 +8,20 @@ A path is seen from every frame as samples of one of two kinds (paper, section I
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from types import NoneType
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
+from dressing_sim.checks import (
+    LARGEST,
+    listed,
+    of_kind,
+    one_of,
+    real_number,
+    truth_value,
+    whole_number,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import em
 from dressing_sim.learning.demonstrations import (
@@ -21,12 +31,14 @@ from dressing_sim.learning.demonstrations import (
     resample,
 )
 from dressing_sim.learning.em import EMOptions, EMRecord, Initialisation, Mixture
-from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.frame import FloatArray, Frame, situation
 from dressing_sim.learning.gmr import FusionOrder, Regression, check_fusion, lift, product, to_world
 from dressing_sim.learning.gmr import regression as prepare_regression
 from dressing_sim.learning.shrinkage import shrink_between
 
 Encoding = Literal["trajectory", "time"]
+
+MOST_COMPONENTS = 1000  # more are not meant
 
 
 class TPGMM:
@@ -73,21 +85,24 @@ class TPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        if not isinstance(n_components, int | np.integer) or n_components < 1:
-            raise InvalidInputError(
-                f"a mixture needs a whole number n_components >= 1, not {n_components!r}"
-            )
-        if encoding not in get_args(Encoding):
-            raise InvalidInputError(f"encoding must be 'trajectory' or 'time', not {encoding!r}")
-        if initialisation not in get_args(Initialisation):
-            raise InvalidInputError(
-                f"initialisation must be 'time-bins' or 'k-means', not {initialisation!r}"
-            )
-        if not (time_scale > 0 and (dt is None or dt > 0)):
-            raise InvalidInputError("time_scale and dt must be > 0")
+        whole_number(
+            n_components, "a mixture needs n_components >= 1: n_components", 1, MOST_COMPONENTS
+        )
+        one_of(encoding, "encoding", get_args(Encoding))
+        one_of(initialisation, "initialisation", get_args(Initialisation))
+        real_number(time_scale, "time_scale", 0.0, LARGEST, above=True)
+        real_number(1.0 if dt is None else dt, "dt", 0.0, LARGEST, above=True)
+        for name, value in (("relative_floor", relative_floor), ("shrinkage", shrinkage)):
+            truth_value(value, name)
+        of_kind(options, (EMOptions, NoneType), "options", "EMOptions or None")
+        of_kind(rng, (np.random.Generator, NoneType), "rng", "a random generator or None")
+        pair = (floor, floor) if isinstance(floor, int | float | np.number) else floor
+        floors = listed(pair, "floor", "numbers")
+        for one in floors:
+            real_number(one, "a covariance floor", 0.0, LARGEST)
         self.n_components = n_components
         self.encoding: Encoding = encoding
-        self.floor = (floor, floor) if isinstance(floor, int | float | np.number) else tuple(floor)
+        self.floor = floors
         self.relative_floor = relative_floor
         self.dt = dt
         self.time_scale = time_scale
@@ -147,6 +162,7 @@ class TPGMM:
         blocks = self.blocks(data.shape[1])
         floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor)
         if warm_start is not None:
+            of_kind(warm_start, Mixture, "warm_start", "a Mixture or None")
             if warm_start.means.shape != (self.n_components, *data.shape[:2]):
                 raise InvalidInputError("the warm start has other components, frames or dimensions")
             initial = warm_start
@@ -207,6 +223,9 @@ class TPGMM:
         mixture = self.predictive
         assert mixture is not None
         n_inputs, dimension = self.blocks(mixture.n_dims)
+        frames = situation(frames)
+        real_number(ridge, "ridge", 0.0, LARGEST)
+        truth_value(shared, "shared")
         if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
             raise InvalidInputError(
                 f"the situation needs {mixture.n_frames} frames of dimension {dimension}, "
@@ -263,6 +282,8 @@ class TPGMM:
             model.mixture.priors, model.mixture.means, arrays["predictive_covariances"]
         )
         model.predictive.check()
+        if model.mixture.n_components != model.n_components:
+            raise InvalidInputError("its number of components is not its arrays'")
         model.record = EMRecord(arrays["log_likelihoods"], converged)
         model.step_time = step_time
         return model

@@ -11,6 +11,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dressing_sim.checks import (
+    LARGEST,
+    real_number,
+    real_vector,
+    truth_value,
+    whole_number,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.costs import dtw_cost
 from dressing_sim.learning.demonstrations import (
@@ -34,6 +41,9 @@ _SETTINGS = (
     "rest_count",
     "step_limit",
 )
+#: In a demonstration, once resampled; more are not meant.
+MOST_SAMPLES = 100_000
+
 _LEARNED = ("dt", "max_samples", "_rest_from", "_mean_step", "_longest_step", "_mean_length")
 
 
@@ -93,18 +103,15 @@ class TrajectoryTPGMM:
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        # Each in this form, as NaN is neither above nor below anything.
-        if not (
-            3 <= samples < np.inf
-            and 1 <= rest_count < np.inf
-            and 1 <= step_limit < np.inf
-            and 0 <= rest_speed < np.inf
-            and 0 <= end_radius < np.inf
+        for name, value, low, high in (
+            ("samples", samples, 3, MOST_SAMPLES),
+            ("rest_count", rest_count, 1, MOST_SAMPLES),
+            ("step_limit", step_limit, 1, 1000),
+            ("rest_speed", rest_speed, 0, LARGEST),
+            ("end_radius", end_radius, 0, LARGEST),
         ):
-            raise InvalidInputError(
-                "a trajectory policy needs samples >= 3, rest_count >= 1, step_limit >= 1, "
-                "rest_speed >= 0 and end_radius >= 0, all finite"
-            )
+            real_number(value, f"a trajectory policy needs {name} >= {low}: {name}", low, high)
+        truth_value(shared, "shared")
         self.fusion = check_fusion(fusion)
         self.samples = samples
         self.shared = shared
@@ -165,6 +172,7 @@ class TrajectoryTPGMM:
             demonstrations: with the same number of frames.
             warm: whether expectation-maximisation starts from this policy's mixture.
         """
+        truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
         other.model.fit(demonstrations, self.model.fitted() if warm else None)
@@ -193,13 +201,10 @@ class TrajectoryTPGMM:
         regression = self.model.regression(frames, self.fusion, shared=self.shared)
         end_point = self.end_point
         assert end_point is not None
-        origin = np.array(start, dtype=np.float64)
-        if origin.shape != (frames[0].dimension,) or not np.isfinite(origin).all():
-            raise InvalidInputError(
-                f"start must be {frames[0].dimension} finite coordinates, not {start!r}"
-            )
+        p = frames[0].dimension
+        origin = real_vector(start, p, f"start must be {p} finite coordinates: it has")
         arguments = (
-            *regression.arrays(),
+            regression,
             self.max_samples - 1,
             self._rest_from,
             self._longest_step,
@@ -261,7 +266,16 @@ class TrajectoryTPGMM:
         policy = cls(**{name: settings["settings"][name] for name in _SETTINGS})
         policy.model = TPGMM.from_state(settings["model"], arrays)
         for name in _LEARNED:
-            setattr(policy, name, settings["learned"][name])
+            setattr(policy, name, real_number(settings["learned"][name], name, 0.0, 1e9))
+        policy.max_samples = whole_number(
+            settings["learned"]["max_samples"], "max_samples", 2, 10**9
+        )
+        policy._rest_from = whole_number(settings["learned"]["_rest_from"], "_rest_from", 0, 10**9)
         policy.start_point = Endpoint(arrays["start_means"], arrays["start_covariances"])
         policy.end_point = Endpoint(arrays["end_means"], arrays["end_covariances"])
+        mixture = policy.model.fitted()
+        shape = mixture.n_frames, mixture.n_dims // 2
+        for point in (policy.start_point, policy.end_point):
+            if point.means.shape != shape or point.covariances.shape != (*shape, shape[1]):
+                raise InvalidInputError("its mixture, start and end have different shapes")
         return policy

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.pictures import LARGEST_SIDE
 from dressing_sim.pictures.strain_colours import StrainColours
 from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
-from dressing_sim.world.scene import WorldConfig, build_spec
+from dressing_sim.world.scene import WorldConfig, build_spec, compiled
 
 #: Drawn with through PyOpenGL, without a window system; what there is on Linux.
 _THROUGH_PYOPENGL = ("egl", "osmesa")
@@ -35,11 +36,6 @@ def backends(platform: str) -> tuple[str, ...]:
 
 #: Tried in this order unless the environment variable MUJOCO_GL names one of them.
 BACKENDS = backends(sys.platform)
-
-#: Software OpenGL draws no larger pictures [pixels].
-LARGEST_SIDE = 4096
-
-CAMERAS = ("front", "close", "above")
 
 INSTALL_HINT = (
     "no offscreen OpenGL works here: on Linux install EGL (Debian and Ubuntu: apt install libegl1 "
@@ -130,7 +126,7 @@ class OffscreenRenderer:
         add_visuals(spec)
         self._colours = None if strain_top is None else StrainColours(spec, mesh, strain_top)
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
-        self._model = spec.compile()
+        self._model = compiled(spec)
         self._data = mujoco.MjData(self._model)
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._gl = import_module(f"mujoco.{backend}").GLContext(width, height)

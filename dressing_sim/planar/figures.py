@@ -1,6 +1,7 @@
 """The paper's figures, drawn from a study."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 from matplotlib.ticker import MaxNLocator
 
-from dressing_sim.files import replacing
+from dressing_sim.files import write_files
 from dressing_sim.learning.demonstrations import DemonstrationLike, in_frames
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.planar.box import outline
@@ -28,21 +29,34 @@ SIZE = 2.6  # of one panel, inches
 
 def draw(study: Study, folder: Path) -> list[Path]:
     """Write all figures as PNG files into ``folder`` and return their paths."""
-    figures = {
-        "demonstrations": _demonstrations(study),
-        "reproductions": _reproductions(study),
-        "generalisation": _generalisation(study),
-        "frames": _frames(study),
-        "cost": _cost(study),
-    }
-    paths = []
-    for name, figure in figures.items():
-        path = folder / f"{name}.png"
-        with replacing(path) as temporary:
-            figure.savefig(temporary, dpi=130, bbox_inches="tight", metadata={"Software": None})
+    pictures = drawn(study)
+    write_files({folder / name: content for name, content in pictures.items()})
+    return [folder / name for name in pictures]
+
+
+#: The files of `drawn`.
+NAMES = tuple(
+    f"{name}.png"
+    for name in ("demonstrations", "reproductions", "generalisation", "frames", "cost")
+)
+
+
+def drawn(study: Study) -> dict[str, bytes]:
+    """All figures as PNG files, by their names."""
+    figures = (
+        _demonstrations(study),
+        _reproductions(study),
+        _generalisation(study),
+        _frames(study),
+        _cost(study),
+    )
+    pictures = {}
+    for name, figure in zip(NAMES, figures, strict=True):
+        file = BytesIO()
+        figure.savefig(file, dpi=130, bbox_inches="tight", metadata={"Software": None})
         plt.close(figure)
-        paths.append(path)
-    return paths
+        pictures[name] = file.getvalue()
+    return pictures
 
 
 def _panels(n_rows: int, n_columns: int) -> tuple[Figure, Any]:
@@ -92,7 +106,7 @@ def _demonstrations(study: Study) -> Figure:
 
 def _reproductions(study: Study) -> Figure:
     """Training situations: the expert, and the initial and the improved policies."""
-    names: list[Any] = [None, *study.settings.methods]
+    names: list[Any] = [None, *study.config.methods]
     figure, axes = _panels(len(study.data.training), len(names))
     for row, demonstration in zip(axes, study.data.training, strict=True):
         for panel, name in zip(row, names, strict=True):
@@ -116,8 +130,8 @@ def _generalisation(study: Study) -> Figure:
     if experts:
         situations = [expert.frames for expert in experts]
     else:
-        sampler = situation_sampler(study.data, study.settings.situations)
-        rng = np.random.default_rng(study.settings.seed)
+        sampler = situation_sampler(study.data, study.config.situations)
+        rng = np.random.default_rng(study.config.seed)
         situations = [sampler.sample(rng) for _ in range(3)]
     figure, axes = _panels(1, len(situations))
     for index, (panel, frames) in enumerate(zip(axes[0], situations, strict=True)):
@@ -125,7 +139,7 @@ def _generalisation(study: Study) -> Figure:
         if experts:
             _line(panel, np.asarray(experts[index].positions), EXPERT, ls="--", label="expert")
         _line(panel, study.initial.generate(frames), INITIAL, label="initial")
-        for method in study.settings.methods:
+        for method in study.config.methods:
             path = _best(study, method).generate(frames)
             _line(panel, path, METHOD_COLOURS[method], label=method)
         _world(panel, f"{'validate' if experts else 'random situation'} {index + 1}")
@@ -136,7 +150,7 @@ def _generalisation(study: Study) -> Figure:
 
 def _frames(study: Study) -> Figure:
     """Data and components seen from each frame, before and after augmentation."""
-    method = "rf" if "rf" in study.settings.methods else study.settings.methods[0]
+    method = "rf" if "rf" in study.config.methods else study.config.methods[0]
     improved = study.best(method, "original").augmentation
     stages: list[tuple[str, Any, Sequence[DemonstrationLike]]] = [
         ("initial", study.initial, study.data.training),
@@ -172,9 +186,9 @@ def _ellipse(axes: Axes, mean: FloatArray, covariance: FloatArray, k: int) -> No
 def _cost(study: Study) -> Figure:
     """Cost against the number of accepted demonstrations: mean and spread of the runs."""
     figure, axes = _panels(1, len(study.selections))
-    most = study.settings.options.max_demonstrations - len(study.data.training)
+    most = study.config.options.max_demonstrations - len(study.data.training)
     for panel, selection in zip(axes[0], study.selections, strict=True):
-        for method in study.settings.methods:
+        for method in study.config.methods:
             curves = []
             for run in study.of(method, selection):
                 costs = [run.augmentation.initial_cost]

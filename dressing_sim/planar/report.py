@@ -30,23 +30,23 @@ def summary(study: Study) -> dict[str, Any]:
         "rows": [
             _row(study, selection, method)
             for selection in study.selections
-            for method in study.settings.methods
+            for method in study.config.methods
         ],
         "paper": {
             "initial_training_cost": paper.INITIAL_TRAINING_COST,
             "initial_validation_cost": paper.INITIAL_VALIDATION_COST,
         },
         "settings": {
-            "components": study.settings.components,
-            "fusion": study.settings.fusion,
-            "runs": study.settings.runs,
-            "seed": study.settings.seed,
-            "max_demonstrations": study.settings.options.max_demonstrations,
-            "max_iterations": study.settings.options.max_iterations,
-            "snr_db": study.settings.options.snr_db,
-            "noise_reference": study.settings.options.noise_reference,
-            "retrain": study.settings.options.retrain,
-            "situations": study.settings.situations,
+            "components": study.config.components,
+            "fusion": study.config.fusion,
+            "runs": study.config.runs,
+            "seed": study.config.seed,
+            "max_demonstrations": study.config.options.max_demonstrations,
+            "max_iterations": study.config.options.max_iterations,
+            "snr_db": study.config.options.snr_db,
+            "noise_reference": study.config.options.noise_reference,
+            "retrain": study.config.options.retrain,
+            "situations": study.config.situations,
             "n_training": len(study.data.training),
             "n_validation": len(validation),
         },

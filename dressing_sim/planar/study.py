@@ -5,10 +5,11 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
+from dressing_sim.checks import listed, of_kind, one_of, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.augment import METHODS, Augmentation, AugmentOptions, Method, augment
 from dressing_sim.learning.gmr import FusionOrder
@@ -30,7 +31,7 @@ OPTIONS = AugmentOptions(max_demonstrations=8, max_iterations=50, noise_referenc
 
 
 @dataclass(frozen=True)
-class StudySettings:
+class StudyConfig:
     """The choices of a study; the defaults are the paper's, with the authors' code filling gaps."""
 
     components: int = 8
@@ -42,10 +43,13 @@ class StudySettings:
     situations: Situations = "paper"
 
     def __post_init__(self) -> None:
-        if self.runs < 1:
-            raise InvalidInputError(f"runs must be at least 1, not {self.runs}")
-        if self.seed < 0:
-            raise InvalidInputError(f"the seed must be >= 0, not {self.seed}")
+        whole_number(self.runs, "runs", 1, 100_000)
+        whole_number(self.seed, "the seed", 0, 2**63 - 1)
+        one_of(self.situations, "situations", get_args(Situations))
+        for method in listed(self.methods, "methods", "a sequence of methods"):
+            one_of(method, "a method", METHODS)
+        of_kind(self.options, AugmentOptions, "options", "AugmentOptions")
+        _policy(self)  # which checks its settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,7 @@ class Run:
 class Study:
     """The initial policy and all runs, ordered by selection, method and index."""
 
-    settings: StudySettings
+    config: StudyConfig
     data: PlanarData
     initial: TimeTPGMM
     initial_training_cost: float
@@ -115,7 +119,7 @@ def situation_sampler(data: PlanarData, situations: Situations) -> SituationSamp
 class _Job:
     """Everything a worker needs for one run."""
 
-    settings: StudySettings
+    config: StudyConfig
     data: PlanarData
     method: Method
     selection: Selection
@@ -124,14 +128,14 @@ class _Job:
     def __call__(self) -> Run:
         # The seed depends on the run alone, not on which others there are or where it runs.
         key = (SELECTIONS.index(self.selection), METHODS.index(self.method), self.index)
-        sequence = np.random.SeedSequence(self.settings.seed, spawn_key=key)
+        sequence = np.random.SeedSequence(self.config.seed, spawn_key=key)
         validation = self.data.validation
         result = augment(
             self.data.training,
             rng=np.random.default_rng(sequence),
-            options=replace(self.settings.options, method=self.method),
-            policy=_policy(self.settings),
-            sampler=situation_sampler(self.data, self.settings.situations),
+            options=replace(self.config.options, method=self.method),
+            policy=_policy(self.config),
+            sampler=situation_sampler(self.data, self.config.situations),
             validation=validation if self.selection == "generalisation" else None,
         )
         return Run(
@@ -144,8 +148,8 @@ class _Job:
         )
 
 
-def _policy(settings: StudySettings) -> TimeTPGMM:
-    return TimeTPGMM(settings.components, fusion=settings.fusion)
+def _policy(config: StudyConfig) -> TimeTPGMM:
+    return TimeTPGMM(config.components, fusion=config.fusion)
 
 
 def _call(job: _Job) -> Run:
@@ -161,9 +165,20 @@ def _runs(jobs: list[_Job], workers: int) -> Iterator[Run]:
         yield from pool.map(_call, jobs)
 
 
+def check_study(data: PlanarData, config: StudyConfig, workers: int) -> None:
+    """Raise InvalidInputError unless a study can begin: here rather than in a worker."""
+    whole_number(workers, "workers", 1, 1024)
+    if config.options.max_demonstrations <= len(data.training):
+        raise InvalidInputError(
+            f"max_demonstrations is {config.options.max_demonstrations}, valid is more than the "
+            f"{len(data.training)} to learn from"
+        )
+    situation_sampler(data, config.situations)
+
+
 def run_study(
     data: PlanarData,
-    settings: StudySettings,
+    config: StudyConfig,
     workers: int = 1,
     on_run: Callable[[Run], None] | None = None,
 ) -> Study:
@@ -171,21 +186,19 @@ def run_study(
 
     Args:
         data: demonstrations; without a validation set there is no generalisation selection.
-        settings: see ``StudySettings``.
+        config: see ``StudyConfig``.
         workers: processes; the results do not depend on it.
         on_run: called with each run as it is done, in order, for progress.
 
     Raises:
-        InvalidInputError: settings or demonstrations that cannot be used.
+        InvalidInputError: a configuration or demonstrations that cannot be used.
     """
-    if workers < 1:
-        raise InvalidInputError(f"workers must be at least 1, not {workers}")
-    situation_sampler(data, settings.situations)  # fails here rather than in a worker
-    initial = _policy(settings).fit(data.training)
+    check_study(data, config, workers)
+    initial = _policy(config).fit(data.training)
     selections = SELECTIONS if data.validation else SELECTIONS[:1]
     jobs = [
-        _Job(settings, data, method, selection, index)
-        for selection, method, index in product(selections, settings.methods, range(settings.runs))
+        _Job(config, data, method, selection, index)
+        for selection, method, index in product(selections, config.methods, range(config.runs))
     ]
     runs = []
     for run in _runs(jobs, workers):
@@ -193,7 +206,7 @@ def run_study(
         if on_run is not None:
             on_run(run)
     return Study(
-        settings,
+        config,
         data,
         initial,
         initial.cost(data.training),

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, get_args, get_type_hints
 
 import numpy as np
 
-from dressing_sim.config import to_plain
+from dressing_sim.config import check_kinds, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import (
     AugmentOptions,
@@ -72,6 +72,7 @@ class TPGMMConfig:
     """What the frames' z axes follow: up, or the normal of the arm's plane."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "policy")
         for name, hint in get_type_hints(type(self)).items():
             if name == "fixed":
                 continue
@@ -120,6 +121,13 @@ class AugmentedTPGMMConfig(TPGMMConfig):
     """Random situations may be turned by this much more than the demonstrated ones [deg]."""
     translation_margin: float = 0.25
     """They may be shifted by this much more, as a fraction of the demonstrated range."""
+
+    def __post_init__(self) -> None:
+        TPGMMConfig.__post_init__(self)
+        if self.options.max_demonstrations < 1:
+            raise InvalidInputError(
+                f"max_demonstrations is {self.options.max_demonstrations}, valid is 1 or more"
+            )
 
     def make(self, seed: int = 0) -> Policy:
         """A new policy, not yet fitted.

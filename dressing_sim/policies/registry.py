@@ -5,15 +5,16 @@ A policy of this package is one file in its folder, with ``POLICIES``: configura
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, packages_distributions, version
 from pkgutil import iter_modules
 from typing import Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.checks import shown
+from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
@@ -90,7 +91,7 @@ def make_policy(name: str, seed: int = 0) -> Policy:
         inputs_of(policy)
         return cast(Policy, policy)
     except InvalidInputError as error:
-        raise InvalidInputError(f"policy {name!r}: {error}") from error
+        raise InvalidInputError(f"policy {shown(name, 400)}: {error}") from error
 
 
 def _made(factory: Callable[..., object], text: str | None, seed: int) -> object:
@@ -108,30 +109,35 @@ def _made(factory: Callable[..., object], text: str | None, seed: int) -> object
     return made.make(seed) if isinstance(made, PolicyConfig) else made
 
 
-def policy_sources(names: Iterable[str]) -> dict[str, str]:
-    """Hashes of the source of other people's policies among names of policies, by name."""
-    stems = dict.fromkeys(split_name(known_name(name))[0] for name in names)
-    hashes = {stem: source_hash(_find(stem)) for stem in stems if stem not in built_in()}
-    return {stem: digest for stem, digest in hashes.items() if digest is not None}
+def policy_origin(name: str) -> dict[str, str | None]:
+    """Hash of the source of other people's policy, and version of the distribution it is from."""
+    found = _find(split_name(known_name(name))[0])
+    providers = packages_distributions().get(found.__module__.partition(".")[0], ())
+    return {"sha256": source_hash(found), "version": version(providers[0]) if providers else None}
 
 
-def _find(name: str) -> Callable[..., object]:
+def _find(name: str) -> type:
+    """A class with the methods of a policy, or a configuration that makes one."""
     installed = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    if name in installed:
-        factory: Callable[..., object] = installed[name].load()
-        return factory
-    if ":" in name:
-        return _import(name)
-    valid = ", ".join(["default", *built_in(), *installed])
-    raise InvalidInputError(f"unknown policy {name!r}; valid is one of {valid}, or module:Class")
-
-
-def _import(name: str) -> Callable[..., object]:
-    module, _, attribute = name.partition(":")
+    if name not in installed and ":" not in name:
+        valid = ", ".join(dict.fromkeys([EXPERT, "default", *built_in(), *installed]))
+        raise InvalidInputError(
+            f"unknown policy {shown(name, 400)}; valid is one of {valid}, or module:Class"
+        )
     try:
-        factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
-        raise InvalidInputError(f"policy {name!r}: {error}") from error
-    if not callable(factory):
-        raise InvalidInputError(f"policy {name!r}: not a class")
-    return factory
+        found = installed[name].load() if name in installed else _imported(name)
+    except (Exception, SystemExit) as error:  # whatever a module of somebody else's does
+        raise InvalidInputError(f"policy {name!r}: {one_line(str(error))}") from error
+    methods = {one for one in ("fit", "generate", "act", "make") if hasattr(found, one)}
+    if not isinstance(found, type) or not ("fit" in methods or "make" in methods):
+        raise InvalidInputError(
+            f"policy {name!r}: not a class with fit(demonstrations) and "
+            "generate(frames, start), or with act(observation)"
+        )
+    return found
+
+
+def _imported(name: str) -> object:
+    module, _, attribute = name.partition(":")
+    found: object = getattr(import_module(module), attribute)
+    return found

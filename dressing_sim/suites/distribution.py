@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from math import isfinite
-from numbers import Integral
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from dressing_sim.arm import (
     MAX_SHOULDER_DISPLACEMENT,
     Posture,
 )
+from dressing_sim.checks import of_kind, whole_number
 from dressing_sim.control import PandaKinematics, TrackingConfig, configuration_at, track_path
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig, grip_start
@@ -103,8 +104,11 @@ def sample_postures(
     Raises:
         InvalidInputError: n is not a whole number from 0, or nothing was kept of `MAX_DRAWS` draws.
     """
-    if not isinstance(n, Integral) or n < 0:
-        raise InvalidInputError(f"the number of postures is {n!r}, valid is a whole number from 0")
+    whole_number(n, "the number of postures", 0, 99999)
+    of_kind(rng, np.random.Generator, "rng", "a random generator of numpy's")
+    valid = "a PostureDistribution or None"
+    of_kind(distribution, (PostureDistribution, NoneType), "distribution", valid)
+    of_kind(prefix, str, "prefix", "a text")
     distribution, kinematics = distribution or PostureDistribution(), PandaKinematics()
     return [_sample(f"{prefix}{i}", rng, distribution, kinematics) for i in range(n)]
 

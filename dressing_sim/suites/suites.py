@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.archives import read_json
 from dressing_sim.arm import Posture
+from dressing_sim.checks import clean_name, of_kind, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets, is_file, write_text
 from dressing_sim.learning.frame import Frame
@@ -21,6 +24,9 @@ from dressing_sim.suites.distribution import DRAWN_SUITES, sample_postures
 
 #: Version of the form of a suite's file.
 VERSION = 1
+
+#: What a suite's file may say; of these only the postures are needed.
+_KEYS = frozenset({"name", "version", "description", "distribution", "seed", "postures"})
 
 _RANDOM = re.compile(r"random:(?P<n>[1-9]\d{0,4})(:(?P<seed>\d{1,18}))?", re.ASCII)
 
@@ -40,22 +46,20 @@ def load_suite(name_or_file: str) -> list[Posture]:
     Raises:
         InvalidInputError: No such suite, or the file is not a valid one.
     """
+    of_kind(name_or_file, str, "a suite", "a name, a JSON file, or random:N[:SEED]")
     if name_or_file.startswith("random:"):
         return _random_suite(name_or_file)
     builtin = assets() / "suites" / f"{name_or_file}.json"
     path = builtin if is_file(builtin) else Path(name_or_file)
     if not is_file(path):
         raise InvalidInputError(
-            f"unknown suite {name_or_file!r}; valid is one of {', '.join(suite_names())}, a JSON "
-            "file, or random:N[:SEED]"
+            f"unknown suite {name_or_file!r}; valid is one of "
+            f"{', '.join(suite_names())}, a JSON file, or random:N[:SEED]"
         )
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidInputError(f"suite {path}: cannot be read ({reason})") from error
-    except (ValueError, RecursionError) as error:
-        raise InvalidInputError(f"suite {path}: not JSON ({error})") from error
+        content = read_json(path)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"suite {error}") from error
     return _postures(content, str(path))
 
 
@@ -63,8 +67,8 @@ def _random_suite(text: str) -> list[Posture]:
     match = _RANDOM.fullmatch(text)
     if match is None:
         raise InvalidInputError(
-            f"suite {text!r}: valid is random:N or random:N:SEED, N from 1 to 99999, SEED a whole "
-            "number from 0"
+            f"suite {text!r}: valid is random:N or random:N:SEED, N from 1 to 99999, "
+            "SEED a whole number from 0"
         )
     seed = int(match["seed"] or 0)
     return sample_postures(int(match["n"]), np.random.default_rng(seed), prefix=f"random{seed}-")
@@ -76,14 +80,26 @@ def _postures(content: Any, source: str) -> list[Posture]:
         raise InvalidInputError(
             f"suite {source}: no postures; valid is an object with a list 'postures'"
         )
+    unknown = sorted(set(content) - _KEYS)
+    if unknown:
+        raise InvalidInputError(
+            f"suite {source}: unknown key {shown(unknown[0])}; valid are {', '.join(sorted(_KEYS))}"
+        )
+    if "name" in content:
+        clean_name(content["name"], f"suite {source}: name")
     version = content.get("version", VERSION)
     if type(version) is not int or version != VERSION:
-        raise InvalidInputError(f"suite {source}: version is {version!r}, valid is {VERSION}")
-    postures = [Posture.from_dict(entry if isinstance(entry, Mapping) else {}) for entry in entries]
-    names = [posture.name for posture in postures]
-    twice = {name for name in names if names.count(name) > 1}
+        raise InvalidInputError(f"suite {source}: version is {shown(version)}, valid is {VERSION}")
+    try:
+        postures = [Posture.from_dict(entry) for entry in entries]
+        for posture in postures:
+            clean_name(posture.name, "the name of a posture")
+    except InvalidInputError as error:
+        raise InvalidInputError(f"suite {source}: {error}") from error
+    counts = Counter(posture.name for posture in postures)
+    twice = sorted(name for name, count in counts.items() if count > 1)
     if twice:
-        raise InvalidInputError(f"suite {source}: the name {sorted(twice)[0]!r} occurs twice")
+        raise InvalidInputError(f"suite {source}: the name {shown(twice[0])} occurs twice")
     return postures
 
 
@@ -97,6 +113,7 @@ def find_posture(name: str) -> Posture:
     Raises:
         InvalidInputError: No posture has this name, or an angle is impossible.
     """
+    of_kind(name, str, "a posture", "a name, or FLEXION,ABDUCTION,ROTATION,ELBOW in degrees")
     if "," in name:
         parts = name.split(",")
         try:
@@ -105,7 +122,8 @@ def find_posture(name: str) -> Posture:
             angles = []
         if len(angles) != 4 or len(parts) > 5:
             raise InvalidInputError(
-                f"posture {name!r}: valid is FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in degrees"
+                f"posture {shown(name)}: valid is FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in "
+                "degrees"
             )
         flexion, abduction, rotation, elbow = angles
         size = parts[4] if len(parts) == 5 else "male"
@@ -123,7 +141,7 @@ def find_posture(name: str) -> Posture:
             f"{suites[suite][0].name} to {suites[suite][-1].name}" for suite in DRAWN_SUITES
         )
         raise InvalidInputError(
-            f"unknown posture {name!r}; valid is one of {listed}, {drawn}, or "
+            f"unknown posture {shown(name)}; valid is one of {listed}, {drawn}, or "
             "FLEXION,ABDUCTION,ROTATION,ELBOW in degrees"
         )
     return known[name]
@@ -153,13 +171,14 @@ def demonstration_postures(name: str) -> list[Posture]:
         InvalidInputError: There is no such suite, or it has fewer than n.
     """
     # In random:N and random:N:SEED the number after the colon means something else.
-    match = None if name.startswith("random:") else re.fullmatch(r"(.+):(\d+)", name)
+    match = None if name.startswith("random:") else re.fullmatch(r"(.+):(\d{1,6})", name, re.ASCII)
     if match is None:
         return load_suite(name)
     postures, count = load_suite(match[1]), int(match[2])
     if not 1 <= count <= len(postures):
         raise InvalidInputError(
-            f"demonstrations {name!r}: valid is 1 to {len(postures)} postures of suite {match[1]!r}"
+            f"demonstrations {shown(name)}: valid is 1 to {len(postures)} postures of suite "
+            f"{match[1]!r}"
         )
     return postures[:count]
 

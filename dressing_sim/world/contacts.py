@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -62,6 +63,9 @@ class ContactReader:
         none = [-1]
         self._link = np.array([_index(LINKS, name) for name in bodies] + none)
         self._robot = np.array([_index(self.robot_links, name) for name in bodies] + none)
+        collides = (model.geom_contype | model.geom_conaffinity) > 0
+        self._robot_geoms = np.flatnonzero(collides & (self._robot[:-1] >= 0)).tolist()
+        self._mannequin_geoms = np.flatnonzero(collides & (self._link[:-1] >= 0)).tolist()
 
     def cloth(self, data: mujoco.MjData) -> ClothForces:
         """Forces of the cloth on the mannequin in the current step."""
@@ -88,6 +92,16 @@ class ContactReader:
                 pair = int(one), int(other)
                 pairs[pair] = pairs.get(pair, 0.0) + float(newtons)
         return tuple(Touch(*pair, newtons) for pair, newtons in pairs.items())
+
+    def robot_distance(self, model: mujoco.MjModel, data: mujoco.MjData) -> float:
+        """Smallest distance between robot and mannequin [m], negative where they overlap.
+
+        Where they are farther than a metre apart, one metre.
+        """
+        nearest = 1.0
+        for one, other in product(self._robot_geoms, self._mannequin_geoms):
+            nearest = min(nearest, mujoco.mj_geomDistance(model, data, one, other, nearest, None))
+        return nearest
 
     @staticmethod
     def _robot_contacts(data: mujoco.MjData) -> NDArray[np.intp]:

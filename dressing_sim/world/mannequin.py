@@ -6,6 +6,10 @@ when the elbow bends.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -26,6 +30,29 @@ TORSO_LENGTH = 0.42
 HEAD_RADIUS = 0.095
 HEAD_HEIGHT = 0.24
 HAND_LENGTH = 0.09
+
+
+#: Start, end and radius of a capsule; without an end, of a sphere.
+_Part = tuple[np.ndarray, np.ndarray | None, float]
+
+
+def _add_link(
+    spec: mujoco.MjSpec,
+    shared: Mapping[str, Any],
+    name: str,
+    rgba: tuple[float, ...],
+    *parts: _Part,
+) -> None:
+    body = spec.worldbody.add_body(name=name)
+    for number, (start, end, radius) in enumerate(parts):
+        kind, place = (
+            (mujoco.mjtGeom.mjGEOM_SPHERE, {"pos": start})
+            if end is None
+            else (mujoco.mjtGeom.mjGEOM_CAPSULE, {"fromto": [*start, *end]})
+        )
+        body.add_geom(
+            name=f"{name}{number}", type=kind, size=[radius, 0, 0], rgba=rgba, **place, **shared
+        )
 
 
 def add_mannequin(
@@ -50,31 +77,13 @@ def add_mannequin(
     middle = shoulder - SHOULDER_TO_MIDLINE * LEFT
     chest = middle - 0.05 * UP
 
-    def link(
-        name: str, rgba: tuple[float, ...], *parts: tuple[np.ndarray, np.ndarray | None, float]
-    ) -> None:
-        body = spec.worldbody.add_body(name=name)
-        for number, (start, end, radius) in enumerate(parts):
-            shared = {
-                "name": f"{name}{number}",
-                "rgba": rgba,
-                "friction": [friction, 0.005, 0.0001],
-                "contype": contype,
-                "conaffinity": conaffinity,
-                "condim": 3,
-            }
-            if end is None:
-                body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], pos=start, **shared
-                )
-            else:
-                body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-                    size=[radius, 0, 0],
-                    fromto=[*start, *end],
-                    **shared,
-                )
-
+    shared = {
+        "friction": [friction, 0.005, 0.0001],
+        "contype": contype,
+        "conaffinity": conaffinity,
+        "condim": 3,
+    }
+    link = partial(_add_link, spec, shared)
     # Spheres at shoulder, elbow and wrist are a little larger than the capsules they join.
     link(
         "hand",

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.config import check_kinds
+from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.world.mannequin import add_mannequin
 from dressing_sim.world.panda import (
     TCP_BODY,
@@ -41,6 +42,7 @@ class SolverConfig:
     """How much harder friction is than contact; at 1 a sleeve creeps down a sloping arm."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "solver")
         if self.solver not in ("CG", "Newton"):
             raise InvalidInputError(f"solver is {self.solver!r}, valid is CG or Newton")
         if not (isinstance(self.iterations, int) and self.iterations >= 1):
@@ -66,6 +68,7 @@ class WorldConfig:
     force of 70 N times friction of 0.3 on two sides."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "world")
         if not 0.0 <= self.settle_time < np.inf:
             raise InvalidInputError(f"world: settle_time is {self.settle_time} s, valid is >= 0")
         if not self.grip_strength > 0.0:
@@ -120,6 +123,18 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
             solimp=[config.sleeve.grip_impedance, config.sleeve.grip_impedance, 0.001, 0.5, 2.0],
         )
     return spec, mesh
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The model of a spec.
+
+    Raises:
+        InvalidInputError: MuJoCo refuses it.
+    """
+    try:
+        return spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise InvalidInputError(f"world: MuJoCo refuses it ({one_line(str(error))})") from error
 
 
 def grip_name(vertex: int) -> str:

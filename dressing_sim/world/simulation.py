@@ -14,7 +14,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
-from dressing_sim.world.scene import WorldConfig, build_spec, grip_name
+from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 
 #: Cutoff of the low pass in the force sensors of gripper and arm [Hz]: own choice, of the order of
@@ -54,7 +54,7 @@ class World:
         self.posture = posture
         self.config = config
         self.mesh: SleeveMesh = mesh
-        self.model: mujoco.MjModel = spec.compile()
+        self.model = compiled(spec)
         self.data = mujoco.MjData(self.model)
         model = self.model
         self._tcp = model.body(TCP_BODY).id
@@ -233,6 +233,20 @@ class World:
         along = np.clip((offset * axis).sum(axis=2), -half, half)
         distance = np.linalg.norm(offset - along[:, :, None] * axis, axis=2)
         return np.min(distance - model.geom_size[geoms, 0], axis=1)
+
+    def robot_clearance(self, configurations: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance (n,) [m] of the robot from the mannequin, negative where they overlap.
+
+        Args:
+            configurations: Joint positions of the arm, (n, 7) [rad].
+        """
+        data = mujoco.MjData(self.model)
+        nearest = np.empty(len(configurations))
+        for row, q in enumerate(configurations):
+            data.qpos[self._arm_qpos] = q
+            mujoco.mj_kinematics(self.model, data)
+            nearest[row] = self._contacts.robot_distance(self.model, data)
+        return nearest
 
     @property
     def grip_force(self) -> NDArray[np.float64]:

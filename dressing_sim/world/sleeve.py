@@ -13,10 +13,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.checks import real_vector
+from dressing_sim.config import check_kinds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.garment import Garment
 
 FLEX = "sleeve"
+
+#: A sleeve of more vertices around, or along, would take hours to simulate.
+MOST_VERTICES = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,7 @@ class SleeveConfig:
     default of 0.95 an elbow pokes through the cloth at a few newtons."""
 
     def __post_init__(self) -> None:
+        check_kinds(self, "sleeve")
         for name in ("edge", "grip_width", "grip_depth", "contact_time"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0.0):
@@ -59,11 +65,13 @@ class SleeveConfig:
                 raise InvalidInputError(
                     f"sleeve: {name} is {getattr(self, name)}, valid for this garment is < {most:g}"
                 )
-        if len(self.grasp_offset) != 3 or not np.isfinite(self.grasp_offset).all():
+        offset = real_vector(self.grasp_offset, 3, "sleeve: grasp_offset has", "m")
+        object.__setattr__(self, "grasp_offset", tuple(offset.tolist()))
+        if max(self.vertices_around, self.vertices_along) > MOST_VERTICES:
             raise InvalidInputError(
-                f"sleeve: grasp_offset is {self.grasp_offset}, valid is three lengths in metres"
+                f"sleeve: edge is {self.edge}, valid is one that makes no more than "
+                f"{MOST_VERTICES} vertices around and along"
             )
-        object.__setattr__(self, "grasp_offset", tuple(map(float, self.grasp_offset)))
         if self.vertices_around < 6 or self.vertices_along < 3:
             raise InvalidInputError(
                 f"a sleeve of {self.vertices_around} x {self.vertices_along} vertices is too "
@@ -140,65 +148,101 @@ def sleeve_mesh(
     odd = even + 0.5 * (np.roll(even, -1) - even) % np.pi
     deep = min(max(1, round(config.grip_depth / garment.length * (along - 1))), along - 2)
     distance = _graded(config.grip_depth, deep, garment.length, along - 1)
-
-    side = np.cross(axis, up)
-
-    def row(angles: NDArray[np.float64], radius: float, at: float) -> NDArray[np.float64]:
-        radial = np.cos(angles)[:, None] * up + np.sin(angles)[:, None] * side
-        return armscye_centre + radius * radial + at * axis
-
-    def radius(circumference: float, angles: NDArray[np.float64]) -> float:
-        # A ring is a polygon; it is as long as the circumference says, whatever the mesh.
-        steps = (np.roll(angles, -1) - angles) % (2.0 * np.pi)
-        return circumference / float(np.sum(2.0 * np.sin(0.5 * steps)))
-
-    rows, triangles = [], []
+    place = _Place(armscye_centre, axis, up, np.cross(axis, up))
+    rows = []
     for ring, at in enumerate(distance):
         angles = odd if ring % 2 else even
         taper = garment.hem_circumference - garment.armscye_circumference
         circumference = garment.armscye_circumference + taper * at / garment.length
-        rows.append(row(angles, radius(circumference, angles), at))
+        rows.append(place.row(angles, _radius(circumference, angles), at))
+    triangles = _ring_triangles(around, along)
+    body, below = _shirt_body(config, place, even, odd)
+    vertices = np.concatenate(rows + body)
+    faces = np.array(triangles + below, dtype=np.int32)
+    columns = np.arange(-(wide // 2), wide // 2 + 1)
+    held = [ring * around + columns[: len(columns) - ring % 2] % around for ring in range(deep + 1)]
+    gripped = np.sort(np.concatenate(held)).astype(np.int32)
+    masses = _masses(garment, vertices, faces, len(triangles))
+    return SleeveMesh(vertices, faces, masses, gripped, around, along)
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a garment is: the armscye's centre, and unit vectors along it, up and to the side."""
+
+    centre: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    up: NDArray[np.float64]
+    side: NDArray[np.float64]
+
+    def row(self, angles: NDArray[np.float64], radius: float, at: float) -> NDArray[np.float64]:
+        """Points (n, 3) round the axis, ``at`` [m] from the armscye towards the hem."""
+        radial = np.cos(angles)[:, None] * self.up + np.sin(angles)[:, None] * self.side
+        return self.centre + radius * radial + at * self.axis
+
+
+def _radius(circumference: float, angles: NDArray[np.float64]) -> float:
+    """Of the circle whose polygon at these angles is as long as the circumference says [m]."""
+    steps = (np.roll(angles, -1) - angles) % (2.0 * np.pi)
+    return circumference / float(np.sum(2.0 * np.sin(0.5 * steps)))
+
+
+def _ring_triangles(around: int, along: int) -> list[tuple[int, int, int]]:
+    triangles = []
     for ring in range(along - 1):
         for i in range(around):
             a, b = ring * around + i, ring * around + (i + 1) % around
             c, d = a + around, b + around
             triangles += [(a, b, d), (a, d, c)] if ring % 2 else [(a, b, c), (b, d, c)]
+    return triangles
 
-    # The shirt's body goes on beyond the lower half of the armscye.
+
+def _shirt_body(
+    config: SleeveConfig,
+    place: _Place,
+    even: NDArray[np.float64],
+    odd: NDArray[np.float64],
+) -> tuple[list[NDArray[np.float64]], list[tuple[int, int, int]]]:
+    """Rows of vertices and triangles of the shirt's body, beyond the armscye's lower half."""
+    garment = config.garment
     below = np.flatnonzero(np.cos(even) < 1e-9)
     before = below.tolist()
+    total = config.vertices_around * config.vertices_along
     body_rows = max(1, round(garment.body / (config.edge * np.sqrt(0.75))))
+    rows, triangles = [], []
     for number in range(1, body_rows + 1 if garment.body else 1):
         angles = even[below] if number % 2 == 0 else odd[below[:-1]]
         at = -garment.body * number / body_rows
-        total = sum(map(len, rows))
         now = list(range(total, total + len(angles)))
-        rows.append(row(angles, radius(garment.armscye_circumference, even), at))
+        total += len(angles)
+        rows.append(place.row(angles, _radius(garment.armscye_circumference, even), at))
         wider, narrower = (before, now) if number % 2 else (now, before)
         strip = [*zip(wider[:-1], wider[1:], narrower, strict=True)]
         strip += zip(narrower[:-1], wider[1:-1], narrower[1:], strict=True)
         # Seen from outside, the wider row is on the other side of each second strip.
         triangles += [(b, a, c) for a, b, c in strip] if number % 2 else strip
         before = now
+    return rows, triangles
 
-    vertices = np.concatenate(rows)
-    faces = np.array(triangles, dtype=np.int32)
+
+def _masses(
+    garment: Garment, vertices: NDArray[np.float64], faces: NDArray[np.int32], n_of_sleeve: int
+) -> NDArray[np.float64]:
+    """Mass of each vertex [kg]; the first `n_of_sleeve` faces are the sleeve's.
+
+    The cloth weighs what the garment does: corners cut off by the mesh, at the edges of the
+    shirt's body above all, have their weight with the triangles that are left.
+    """
     corners = vertices[faces]
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    # The cloth weighs what the garment does: corners cut off by the mesh, at the edges of the
-    # shirt's body above all, have their weight with the triangles that are left. These are views.
-    of_sleeve, of_body = np.split(areas, [2 * around * (along - 1)])
+    of_sleeve, of_body = np.split(areas, [n_of_sleeve])  # views
     of_sleeve *= garment.sleeve_area / of_sleeve.sum()
     if garment.body:
         of_body *= garment.body_area / of_body.sum()
     shares = np.repeat(areas * garment.fabric.areal_density / 3.0, 3)
-    masses = np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
-    columns = np.arange(-(wide // 2), wide // 2 + 1)
-    held = [ring * around + columns[: len(columns) - ring % 2] % around for ring in range(deep + 1)]
-    gripped = np.sort(np.concatenate(held)).astype(np.int32)
-    return SleeveMesh(vertices, faces, masses, gripped, around, along)
+    return np.bincount(faces.ravel(), shares, minlength=len(vertices)).astype(np.float64)
 
 
 def _graded(patch: float, inside: int, total: float, cells: int) -> NDArray[np.float64]:

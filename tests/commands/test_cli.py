@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -8,8 +9,8 @@ from dressing_sim.cli import main
 from dressing_sim.episode import dressing as episode
 from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import load_demonstrations, save_demonstrations
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.record import DemonstrationFailed
-from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.learning import load_model
 
 COMMANDS = (
@@ -181,6 +182,25 @@ def test_a_failed_demonstration_writes_nothing(capsys, folder, one, monkeypatch)
     assert stopped.value.code == 2
     assert "failed (stuck)" in capsys.readouterr().err
     assert not (folder / "some.h5").exists()
+
+
+def test_what_succeeded_is_written_and_what_failed_is_named(capsys, tmp_path, posture):
+    far = replace(posture, name="far", shoulder_position=(1.4, -0.3, 0.3))
+    suite = tmp_path / "suite.json"
+    suite.write_text(json.dumps({"postures": [far.to_dict(), posture.to_dict()]}))
+    out = tmp_path / "some.h5"
+    with pytest.raises(SystemExit) as end:
+        main(["demonstrate", str(suite), "--out", str(out), "--json"])
+    assert end.value.code == 3
+    (loaded,) = load_demonstrations(out)
+    assert loaded.posture == posture
+    told = capsys.readouterr()
+    assert [one["posture"]["name"] for one in json.loads(told.out)["demonstrations"]] == [
+        posture.name
+    ]
+    last = told.err.splitlines()[-1]
+    assert "'far' failed (ik_unreachable)" in last
+    assert "the other 1 are in" in last
 
 
 def test_demonstrations_are_recorded_learned_from_and_used(

@@ -15,11 +15,11 @@ from fake_benchmark import (
     write_suite,
 )
 
-from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import STUDIES, cost, study
 from dressing_sim.benchmark.studies.cost import Cost
+from dressing_sim.benchmark.studies.success_tables import next_to_paper
 from dressing_sim.cli import main
 from dressing_sim.episode import demonstration as demonstrations
 from dressing_sim.learning import AugmentOptions

@@ -10,9 +10,11 @@ from dressing_sim.control import TrackingConfig
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.judge import judge
 from dressing_sim.episode.operator import OperatorConfig
-from dressing_sim.episode.record import demonstrate, dress, follow, record, replay
-from dressing_sim.episode.rules import Thresholds, judge
+from dressing_sim.episode.record import demonstrate, dress, record, replay
+from dressing_sim.episode.rollout import follow
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
@@ -175,7 +177,7 @@ def test_a_path_that_takes_too_long_is_a_timeout(posture):
 
 def test_a_world_that_breaks_down_before_the_robot_moves_is_void(posture, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo leaves its log of warnings in the current folder
-    far = np.full((2, 3), 100.0)
+    far = np.full((2, 3), 3.0)
 
     def asked(*_):
         raise AssertionError("a policy was asked for a path from nowhere")
@@ -371,3 +373,36 @@ def test_the_operator_s_seed_is_that_of_the_episode(posture):
     one, same, other = (demonstrate(posture, seed).commands for seed in (3, 3, 4))
     np.testing.assert_array_equal(one, same)
     assert one.shape != other.shape or not np.allclose(one, other, atol=1e-4)
+
+
+def test_margins_of_robot_and_path_change_gradually_through_zero(posture):
+    """Lowered in steps, the gripper comes nearer to the arm, and then it touches it."""
+    forearm = 0.5 * (posture.wrist + posture.elbow)
+    found = []
+    for height in (0.07, 0.06, 0.05, 0.0):
+        dressing = Dressing(posture)
+        recording = follow(
+            dressing, np.linspace(dressing.start, forearm + [0, 0, height], 60), 0.05
+        )
+        margins = dressing.margins(recording.time_left, recording.reach_left)
+        assert (margins["hit"] < 0.0) == ("hit" in recording.outcome.reasons)
+        assert margins["timeout"] == pytest.approx(recording.time_left)
+        assert recording.finished
+        assert 0.0 < margins["ik_unreachable"] <= dressing.config.tracking.max_error
+        found.append(margins["hit"])
+    assert found == sorted(found, reverse=True)
+    assert found[0] > 0.0 > found[-1]
+    # While nothing is in the way the robot comes nearer as it is lowered.
+    assert found[0] - found[1] == pytest.approx(0.01, abs=0.002)
+
+
+def test_a_path_that_takes_too_long_says_by_how_much(posture):
+    config = EpisodeConfig(time_limit=2.0, hold=0.2)
+    left = []
+    for seconds in (1.0, 3.0, 5.0):
+        dressing = Dressing(posture, config)
+        path = np.repeat(dressing.start[None], 21, axis=0)
+        left.append(follow(dressing, path, seconds / 20).time_left)
+    assert left[0] > 0.0 > left[1] > left[2]
+    # The way to the first point takes as long as one between two points.
+    assert left[1] - left[2] == pytest.approx(2.0 * 21 / 20, abs=0.03)

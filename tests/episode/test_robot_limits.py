@@ -8,7 +8,7 @@ from dressing_sim.control.limits import MAX_ACCELERATION
 from dressing_sim.control.tracking import track_path
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.record import play
+from dressing_sim.episode.rollout import play
 from dressing_sim.episode.trace import NEAR
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.simulation import World

@@ -7,18 +7,11 @@ from rule_traces import ROWS, SHOULDER, SPOILT, changed, good
 from dressing_sim.benchmark.studies.success_tables import counted
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import record
-from dressing_sim.episode.rules import (
-    REASONS,
-    RULES,
-    ProtectiveStop,
-    Rule,
-    count_reasons,
-    judge,
-    margins,
-    rule_colour,
-)
+from dressing_sim.episode.rule import Evidence, Rule
+from dressing_sim.episode.rules import REASONS, RULES, count_reasons, rule_colour
 from dressing_sim.episode.thresholds import Thresholds, threshold_sources, threshold_units
 
 
@@ -61,13 +54,13 @@ def test_a_rule_of_one_s_own_stops_the_robot_is_reported_and_counted(posture):
 def test_twenty_seconds_are_enough_for_the_operator_s_trace():
     outcome = judge(good(), SHOULDER, True, None, (*RULES, TimeOver()))
     assert outcome.success
-    assert margins(good(), SHOULDER, True, None, (*RULES, TimeOver()))["too_slow"] == 20.0 - 4.0
+    assert margins(Evidence(good(), SHOULDER), (*RULES, TimeOver()))["too_slow"] == 20.0 - 4.0
 
 
 @pytest.mark.parametrize("name", sorted(SPOILT))
 def test_a_margin_is_negative_where_its_rule_is_broken(name):
     trace = changed(*SPOILT[name])
-    found = margins(trace, SHOULDER, finished=True)
+    found = margins(Evidence(trace, SHOULDER))
     assert list(found) == list(REASONS)
     broken = judge(trace, SHOULDER, True).reasons
     for reason in broken:
@@ -75,7 +68,7 @@ def test_a_margin_is_negative_where_its_rule_is_broken(name):
 
 
 def test_no_margin_of_a_good_dressing_is_negative_and_none_is_flat():
-    found = margins(good(), SHOULDER, finished=True)
+    found = margins(Evidence(good(), SHOULDER))
     assert all(value >= 0.0 for value in found.values())
     rules = Thresholds()
     assert found["over_strain"] == pytest.approx(0.5 * rules.strain)
@@ -87,14 +80,41 @@ def test_no_margin_of_a_good_dressing_is_negative_and_none_is_flat():
 @pytest.mark.parametrize("strain", [0.1, 0.2, 0.29])
 def test_margins_change_gradually(strain):
     trace = good(strain=np.full(ROWS, strain))
-    found = margins(trace, SHOULDER, True)["over_strain"]
+    found = margins(Evidence(trace, SHOULDER))["over_strain"]
     assert found == pytest.approx(Thresholds().strain - strain)
+
+
+@pytest.mark.parametrize("time_left", [-2.0, -0.02, 0.0, 3.5])
+def test_the_margin_of_the_time_limit_is_the_time_that_is_left(time_left):
+    evidence = Evidence(good(), SHOULDER, time_left)
+    assert margins(evidence)["timeout"] == time_left
+    assert judge(good(), SHOULDER, evidence.finished).success == (time_left >= 0.0)
+
+
+@pytest.mark.parametrize("pull", [1.0, 2.0, 9.0])
+def test_the_margin_of_the_grasp_is_what_the_fingers_could_still_hold(pull):
+    trace = good(grip_force=np.full(ROWS, pull))
+    assert margins(Evidence(trace, SHOULDER, grip_strength=42.0))["grasp_lost"] == 42.0 - pull
+
+
+def test_the_margin_of_a_hit_is_a_distance_up_to_the_touch_and_a_depth_after_it():
+    clearance = np.linspace(0.2, 0.05, ROWS)
+    far = Evidence(good(), SHOULDER, robot_clearance=clearance)
+    assert margins(far)["hit"] == pytest.approx(0.05)
+    touched = np.full((ROWS, 3), -1)
+    touched[150, 1] = 0
+    # What comes after the robot has stopped is not looked at.
+    for depth, after in ((-0.003, -0.1), (0.001, -0.1)):
+        clearance[150], clearance[151:] = depth, after
+        near = Evidence(good(hit_by=touched), SHOULDER, robot_clearance=clearance)
+        assert margins(near)["hit"] == pytest.approx(min(depth, 0.0), abs=1e-8)
+        assert margins(near)["hit"] < 0.0
 
 
 def test_a_peak_shorter_than_a_moment_costs_no_margin():
     strain = np.full(ROWS, 0.1)
     strain[50:55] = 9.0
-    assert margins(good(strain=strain), SHOULDER, True)["over_strain"] == pytest.approx(0.2)
+    assert margins(Evidence(good(strain=strain), SHOULDER))["over_strain"] == pytest.approx(0.2)
 
 
 def test_a_sleeve_that_was_never_on_is_not_said_to_have_come_off():

@@ -22,7 +22,9 @@ from rule_traces import (
     good,
 )
 
-from dressing_sim.episode.rules import Failure, Outcome, count_reasons, judge, stopped
+from dressing_sim.episode.judge import judge, stopped
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import count_reasons
 from dressing_sim.episode.trace import region
 
 

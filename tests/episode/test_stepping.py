@@ -11,7 +11,8 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.meter import Row
 from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.record import follow, record
+from dressing_sim.episode.record import record
+from dressing_sim.episode.rollout import follow
 from dressing_sim.errors import InvalidInputError
 
 BRIEF = EpisodeConfig(hold=0.1, time_limit=0.2)

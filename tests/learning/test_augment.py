@@ -20,7 +20,7 @@ from dressing_sim.learning import (
 )
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.planar.files import load
-from dressing_sim.planar.study import StudySettings, run_study
+from dressing_sim.planar.study import StudyConfig, run_study
 
 EXPERTS = reaching_demonstrations(2, seed=4)
 FRESH = reaching_demonstrations(2, seed=40)
@@ -174,7 +174,7 @@ def test_unusable_settings_are_errors(arguments, message):
     ],
 )
 def test_the_papers_planar_runs(method, best, mean, sd):
-    study = run_study(load(PLANAR_FILE), StudySettings(methods=(method,)))
+    study = run_study(load(PLANAR_FILE), StudyConfig(methods=(method,)))
     costs = np.array([r.training_cost for r in study.of(method, "original")])
     assert len(costs) == 20
     assert costs.min() == pytest.approx(best, rel=0.015)
@@ -206,3 +206,41 @@ def test_noise_needs_no_situations():
     )
     assert len(result.history) > 0
     assert all(candidate.fault is None for candidate in result.history)
+
+
+@pytest.mark.parametrize(
+    ("termination", "count", "iteration", "expected"),
+    [
+        ("first", 4, 9, True),
+        ("first", 5, 9, False),
+        ("first", 4, 10, False),
+        ("both", 5, 10, False),
+        ("both", 4, 10, True),
+        ("both", 5, 9, True),
+        ("both", 4, 199, True),
+        ("both", 4, 200, False),
+        ("both", 5, 0, True),
+    ],
+)
+def test_the_loop_goes_on_up_to_its_limits(termination, count, iteration, expected):
+    options = AugmentOptions(max_demonstrations=5, max_iterations=10, termination=termination)
+    assert options.goes_on(count, iteration) is expected
+
+
+def test_the_published_settings_are_the_defaults():
+    options = AugmentOptions()
+    assert (options.method, options.noise_reference) == ("rf", "centred")
+    assert (options.max_demonstrations, options.max_iterations, options.snr_db) == (7, 100, 30.0)
+    assert (options.termination, options.retrain) == ("first", "warm")
+    assert AugmentOptions(max_demonstrations=0, max_iterations=0).goes_on(0, 0) is False
+
+
+def test_noise_has_the_ratio_asked_for_against_the_demonstration_it_is_added_to():
+    for snr_db in (20.0, 40.0):
+        for candidate in run("noise", snr_db=snr_db, max_iterations=6).history:
+            made = candidate.demonstration
+            (expert,) = [e for e in EXPERTS if e.frames == made.frames]
+            noise = made.positions - expert.positions
+            power = np.mean((expert.positions - expert.positions.mean(axis=0)) ** 2)
+            assert made.dt == expert.dt
+            assert 10 * np.log10(power / np.mean(noise**2)) == pytest.approx(snr_db, abs=1.0)

@@ -171,3 +171,97 @@ def test_k_means_clusters_all_frames_at_once_and_repeats_with_its_seed():
 def test_unusable_options_are_errors(settings):
     with pytest.raises(InvalidInputError):
         EMOptions(*settings)
+
+
+def test_time_bins_are_half_open_and_their_moments_are_the_samples():
+    data, lengths = curves(lengths=(9, 17))
+    floor = covariance_floor(data, (3,), (0.3,), relative=False)
+    mixture = initialise_by_time(data, lengths, 4, floor)
+    bins = [np.r_[2 * k : 2 * k + 2, 9 + 4 * k : 9 + 4 * k + 4] for k in range(4)]
+    np.testing.assert_allclose(mixture.priors, 0.25)
+    for k, rows in enumerate(bins):
+        for p in range(2):
+            np.testing.assert_allclose(mixture.means[k, p], data[p][:, rows].mean(axis=1))
+            expected = np.cov(data[p][:, rows]) + 0.3 * np.eye(3)
+            np.testing.assert_allclose(mixture.covariances[k, p], expected, atol=1e-12)
+
+
+def test_two_samples_are_enough_for_a_component_and_one_is_not():
+    data, _ = curves(lengths=(7,))
+    assert initialise_by_time(data, (7,), 3, zero_floor(data)).n_components == 3
+    with pytest.raises(InvalidInputError, match="7 samples are too few"):
+        initialise_by_time(data, (7,), 4, zero_floor(data))
+
+
+def test_k_means_does_not_depend_on_the_unit_of_a_coordinate():
+    data, _ = curves()
+    units = np.array([1.0, 1e3, 1e-3])[:, None]
+    plain = initialise_by_k_means(data, 4, zero_floor(data), np.random.default_rng(2))
+    scaled = initialise_by_k_means(units * data + 5, 4, zero_floor(data), np.random.default_rng(2))
+    np.testing.assert_allclose(scaled.priors, plain.priors)
+    np.testing.assert_allclose(scaled.means, plain.means * units[:, 0] + 5, rtol=1e-9)
+
+
+def test_k_means_ends_where_every_sample_is_nearest_to_its_own_mean():
+    data, _ = curves()
+    mixture = initialise_by_k_means(data, 5, zero_floor(data), np.random.default_rng(1))
+    joint = data.reshape(6, -1)
+    scale = joint.std(axis=1)[:, None]
+    means = mixture.means.reshape(5, 6).T
+    distances = (((joint[:, None] - means[:, :, None]) / scale[:, None]) ** 2).sum(axis=0)
+    labels = distances.argmin(axis=0)
+    np.testing.assert_allclose(np.bincount(labels) / labels.size, mixture.priors)
+    for k in range(5):
+        np.testing.assert_allclose(joint[:, labels == k].mean(axis=1), means[:, k], atol=1e-12)
+
+
+def test_k_means_needs_as_many_distinct_samples_as_components():
+    data = np.repeat(np.array([[[0.0, 1.0, 2.0]]]), 4, axis=2)
+    rng = np.random.default_rng(0)
+    assert initialise_by_k_means(data, 3, np.eye(1)[None], rng).priors == pytest.approx(1 / 3)
+    with pytest.raises(InvalidInputError, match="fewer than 4 distinct"):
+        initialise_by_k_means(data, 4, np.eye(1)[None], rng)
+
+
+def test_a_component_without_samples_keeps_its_place():
+    data, lengths = curves()
+    near = initialise_by_time(data, lengths, 2, zero_floor(data))
+    near = Mixture(np.full(2, 0.5), near.means, near.covariances)
+    far = near.means[:1] + 1e6
+    start = Mixture(
+        np.full(3, 1 / 3),
+        np.concatenate([near.means, far]),
+        np.concatenate([near.covariances, near.covariances[:1]]),
+    )
+    mixture, _ = fit_mixture(data, start, zero_floor(data), EMOptions(1, 3, 0.0))
+    alone, _ = fit_mixture(data, near, zero_floor(data), EMOptions(1, 3, 0.0))
+    np.testing.assert_array_equal(mixture.means[2], far[0])
+    np.testing.assert_array_equal(mixture.covariances[2], near.covariances[0])
+    assert mixture.priors[2] == 0.0
+    np.testing.assert_allclose(mixture.means[:2], alone.means, rtol=1e-9)
+
+
+def test_the_authors_settings_are_the_defaults():
+    assert EMOptions() == EMOptions(5, 100, 1e-5)
+    assert EMOptions(1, 1, 0.0).min_steps == 1
+
+
+@pytest.mark.parametrize("floor", [(0.1,), (0.1, -0.1), (0.1, np.nan), (np.inf, 0.1)])
+def test_a_floor_that_is_none_is_an_error(floor):
+    data, _ = curves()
+    with pytest.raises(InvalidInputError, match="2 values >= 0"):
+        covariance_floor(data, (1, 2), floor, relative=False)
+
+
+def test_a_mixture_whose_parts_do_not_match_is_an_error():
+    data, lengths = curves()
+    good = initialise_by_time(data, lengths, 3, zero_floor(data))
+    good.check()
+    for priors, means, covariances in (
+        (good.priors[:2], good.means, good.covariances),
+        (good.priors, good.means, good.covariances[:, :1]),
+        (good.priors, good.means, good.covariances * np.nan),
+        (good.priors * np.inf, good.means, good.covariances),
+    ):
+        with pytest.raises(InvalidInputError, match="a mixture"):
+            Mixture(priors, means, covariances).check()

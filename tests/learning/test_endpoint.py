@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from learning_tasks import moved_frames, reaching_demonstrations, reaching_situation
 
 from dressing_sim.learning import Endpoint, Frame, rotation
@@ -28,3 +29,32 @@ def test_one_demonstration_is_enough_and_its_own_situation_gives_its_point():
         endpoint.predict(demonstration.frames), demonstration.positions[0], atol=1e-10
     )
     assert isinstance(demonstration.frames[0], Frame)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_the_covariance_is_shrunk_towards_a_ball_of_the_same_trace(count):
+    demonstrations = reaching_demonstrations(count)
+    endpoint = Endpoint.of(demonstrations, -1)
+    for p in range(2):
+        paths = [d.frames[p].to_local(d.positions) for d in demonstrations]
+        ends = np.array([path[-1] for path in paths])
+        np.testing.assert_allclose(endpoint.means[p], ends.mean(axis=0), atol=1e-12)
+        sample = np.cov(ends.T) if count > 1 else np.zeros((3, 3))
+        share = 3 / (3 + max(count - 1, 1))
+        ball = np.trace(sample) / 3 * np.eye(3)
+        floor = 1e-3 * np.mean([path.var(axis=0).mean() for path in paths])
+        expected = (1 - share) * sample + share * ball + floor * np.eye(3)
+        np.testing.assert_allclose(endpoint.covariances[p], expected, atol=1e-12)
+
+
+def test_the_predicted_point_is_the_likeliest_by_all_frames_together():
+    endpoint = Endpoint.of(reaching_demonstrations(3), -1)
+    frames = Frame(2.0 * rotation([0.1, 0.7, -0.4]), [0.1, 0.2, 0]), Frame(np.eye(3), [0.4, 0, 0.3])
+    point = endpoint.predict(frames)
+
+    def badness(x):
+        offsets = np.stack([frame.to_local(x) for frame in frames]) - endpoint.means
+        return np.einsum("pi,pij,pj", offsets, np.linalg.inv(endpoint.covariances), offsets)
+
+    for step in 1e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
+        assert badness(point + step) > badness(point)

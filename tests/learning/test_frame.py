@@ -86,3 +86,20 @@ def test_equal_frames_have_the_same_hash():
     one, other = Frame(np.eye(2), [0.0, 1.0]), Frame(np.eye(2), [-0.0, 1.0])
     assert one == other
     assert hash(one) == hash(other)
+
+
+def test_a_basis_may_be_stretched_by_less_than_a_hundred_million():
+    assert Frame(np.diag([1.0, 0.9e8]), np.zeros(2)).dimension == 2
+    with pytest.raises(InvalidInputError, match="invertible"):
+        Frame(np.diag([1.0, 1.1e8]), np.zeros(2))
+    with pytest.raises(InvalidInputError, match="shape"):
+        Frame(np.eye(2), np.zeros((2, 1)))
+
+
+def test_a_frame_differs_by_basis_or_origin_and_is_nothing_else():
+    frame = Frame(np.eye(2), [1, 2])
+    assert frame != Frame(2 * np.eye(2), [1, 2])
+    assert frame != Frame(np.eye(2), [1, 3])
+    assert frame != "frame"
+    with pytest.raises(ValueError, match="read-only"):
+        frame.b[0] = 2.0

@@ -144,3 +144,68 @@ def test_queries_far_away_stay_finite():
             means, covariances = result(np.full((1, 3), 1e6))
             assert np.isfinite(means).all()
             assert np.isfinite(covariances).all()
+
+
+def test_shared_responsibilities_are_those_of_the_product_of_input_densities():
+    mixture = random_mixture(p=2)
+    query, ridge = np.array([0.3, -0.2]), np.array([0.2 * np.eye(2), 0.5 * np.eye(2)])
+    mean, covariance = regression(one_view(mixture), 2, ridge, shared=True)(query[None])
+    weights = mixture.priors**2
+    for p in range(2):
+        weights = weights * [
+            multivariate_normal(m[p, :2], c[p, :2, :2]).pdf(query)
+            for m, c in zip(mixture.means, mixture.covariances, strict=True)
+        ]
+    weights = weights / weights.sum()
+    precision, weighted = 0.0, 0.0
+    for p in range(2):
+        centres, spreads = [], []
+        for k in range(3):
+            one = Mixture(np.ones(1), mixture.means[[k]][:, [p]], mixture.covariances[[k]][:, [p]])
+            m, c = direct_regression(one, query, 2)
+            centres.append(m)
+            spreads.append(c + np.outer(m, m))
+        centre = weights @ np.array(centres)
+        spread = np.einsum("k,kij->ij", weights, spreads) - np.outer(centre, centre) + ridge[p]
+        precision = precision + np.linalg.inv(spread)
+        weighted = weighted + np.linalg.inv(spread) @ centre
+    np.testing.assert_allclose(covariance[0], np.linalg.inv(precision), atol=1e-10)
+    np.testing.assert_allclose(mean[0], np.linalg.inv(precision) @ weighted, atol=1e-10)
+
+
+def test_a_ridge_is_added_to_the_covariance_of_the_only_view():
+    world, query = one_view(random_mixture(p=1)), np.array([[0.3, -0.2]])
+    ridge = np.array([[[0.7, 0.2], [0.2, 0.4]]])
+    mean, covariance = regression(world, 2, ridge)(query)
+    plain_mean, plain_covariance = regression(world, 2)(query)
+    np.testing.assert_allclose(mean, plain_mean)
+    np.testing.assert_allclose(covariance, plain_covariance + ridge)
+
+
+def test_an_empty_component_has_no_say():
+    mixture = random_mixture(p=1)
+    priors = np.array([0.4, 0.6, 0.0])
+    query = np.array([[0.3, -0.2]])
+    with_empty = Mixture(priors, mixture.means, mixture.covariances)
+    without = Mixture(priors[:2], mixture.means[:2], mixture.covariances[:2])
+    for a, b in zip(
+        regression(one_view(with_empty), 2)(query),
+        regression(one_view(without), 2)(query),
+        strict=True,
+    ):
+        np.testing.assert_allclose(a, b)
+
+
+@pytest.mark.parametrize("order", ["regression-then-product", "product-then-regression"])
+def test_a_ridge_lies_in_the_frame_it_belongs_to(order):
+    """It goes with the frame's basis before the product over frames, and with none after it."""
+    demonstrations = reaching_demonstrations()
+    single = [type(d)(d.positions, d.dt, d.frames[:1]) for d in demonstrations]
+    basis = np.diag([1.0, 2.0, 0.5])
+    frame, query = Frame(basis, [0.1, 0, 0]), demonstrations[0].positions[40:44]
+    model = TPGMM(3).fit(single)
+    means, covariances = model.regression([frame], order, 0.3)(query)
+    plain_means, plain = model.regression([frame], order)(query)
+    expected = basis @ basis.T if order == "regression-then-product" else np.eye(3)
+    np.testing.assert_allclose(covariances - plain, np.tile(0.3 * expected, (4, 1, 1)), atol=1e-9)
+    np.testing.assert_allclose(means, plain_means)

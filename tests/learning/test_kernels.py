@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from dressing_sim.learning.gmr import Regression
 from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import cholesky, invert_definite, invert_lower
 from dressing_sim.learning.kernels.regression import regress
@@ -43,8 +44,7 @@ def test_a_matrix_that_is_not_definite_is_told(matrix):
 
 def test_a_frame_without_a_definite_covariance_gives_nan_and_not_what_memory_held():
     definite, singular = np.eye(2), np.array([[1.0, 1.0], [1.0, 1.0]])
-    means, covariances = regress(
-        np.zeros((3, 2)),
+    mixture = Regression(
         np.zeros((2, 1)),
         np.zeros((2, 1, 2)),
         np.broadcast_to(np.eye(2), (2, 1, 2, 2)).copy(),
@@ -54,5 +54,23 @@ def test_a_frame_without_a_definite_covariance_gives_nan_and_not_what_memory_hel
         np.zeros((2, 2, 2)),
         False,
     )
+    means, covariances = regress(np.zeros((3, 2)), mixture)
     assert np.isnan(means).all()
     assert np.isnan(covariances).all()
+
+
+def test_the_exponential_is_cut_off_at_forty_below():
+    values = np.array([-39.999, -40.0, -40.001])
+    expected = [np.exp(-39.999), 0.0, 0.0]
+    exp_below_zero(values, np.zeros(3), 3)
+    np.testing.assert_allclose(values, expected, rtol=3e-15)
+
+
+def test_a_factor_and_an_inverse_are_triangular_whatever_was_there():
+    matrix = np.array([[4.0, 2.0, 1.0], [2.0, 5.0, 3.0], [1.0, 3.0, 6.0]])
+    factor, lower = np.full((3, 3), 7.0), np.full((3, 3), 7.0)
+    assert cholesky(matrix, factor)
+    invert_lower(factor, lower)
+    np.testing.assert_array_equal(np.triu(factor, 1), 0.0)
+    np.testing.assert_array_equal(np.triu(lower, 1), 0.0)
+    np.testing.assert_allclose(lower, np.linalg.inv(factor))

@@ -38,3 +38,12 @@ def test_unusable_settings_are_errors():
         noise_deviation(PATH, 30, "origin")
     with pytest.raises(InvalidInputError, match="decibels"):
         noise_deviation(PATH, np.nan, "world")
+
+
+@pytest.mark.parametrize(
+    ("snr_db", "share"), [(0.0, 1.0), (20.0, 0.1), (-20.0, 10.0), (30.0, 10**-1.5)]
+)
+def test_twenty_decibels_are_a_tenth_of_the_amplitude(snr_db, share):
+    path = np.array([[3.0, 0.0], [0.0, 4.0]])
+    assert noise_deviation(path, snr_db, "world") == pytest.approx(share * 2.5)
+    assert noise_deviation(path, snr_db, "centred") == pytest.approx(share * 1.25 * np.sqrt(2))

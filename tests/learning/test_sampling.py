@@ -11,6 +11,7 @@ from dressing_sim.learning import (
     Frame,
     FrameBounds,
     SituationSampler,
+    SyntheticDemonstration,
     euler_angles,
     rotation,
 )
@@ -111,3 +112,46 @@ def test_the_same_seed_gives_the_same_situation():
 def test_unusable_bounds_are_errors(angles, translation):
     with pytest.raises(InvalidInputError):
         FrameBounds(np.eye(2), angles, translation)
+
+
+def test_the_margins_are_ten_degrees_and_a_quarter_of_the_range():
+    turns = [0.1, 0.5, 0.3]
+    path = np.cumsum(np.ones((4, 3)), axis=0)
+    demonstrations = [
+        SyntheticDemonstration(path, 0.1, (Frame(rotation([0, 0, turn]), [turn, 1.0, -10 * turn]),))
+        for turn in turns
+    ]
+    (bounds,) = BoundsSampler.around(demonstrations).bounds
+    ten = np.deg2rad(10.0)
+    np.testing.assert_allclose(bounds.angles, [[0, 0, -ten], [0, 0, 0.4 + ten]], atol=1e-9)
+    np.testing.assert_allclose(bounds.translation, [[0.0, 1.0, -6.0], [0.6, 1.0, 0.0]], atol=1e-9)
+    (bare,) = BoundsSampler.around(demonstrations, 0.0, 0.0).bounds
+    np.testing.assert_allclose(bare.angles[1], [0, 0, 0.4], atol=1e-9)
+    np.testing.assert_allclose(bare.translation, [[0.1, 1, -5], [0.5, 1, -1]], atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.2])
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_scale_and_reflection_stay_in_the_basis(scale, mirror):
+    base = scale * np.diag([1.0, mirror, 1.0])
+    path = np.cumsum(np.ones((4, 3)), axis=0)
+    turn = np.array([0.3, -0.2, 0.4])
+    demonstrations = [
+        SyntheticDemonstration(path, 0.1, (Frame(rotation(share * turn) @ base, np.zeros(3)),))
+        for share in (0.0, 1.0)
+    ]
+    (bounds,) = BoundsSampler.around(demonstrations, 0.0).bounds
+    np.testing.assert_allclose(bounds.base, base)
+    np.testing.assert_allclose(bounds.angles[1] + bounds.angles[0], turn, atol=1e-9)
+
+
+def test_a_plane_has_one_angle_and_a_line_has_none():
+    frame = Frame(rotation(0.3), [1.0, 2.0])
+    np.testing.assert_allclose(FrameBounds.fixed(frame).sample(np.random.default_rng(0)).A, frame.A)
+    with pytest.raises(InvalidInputError, match="one angle in two dimensions"):
+        FrameBounds.fixed(Frame(np.eye(1), [0.0]))
+    for wrong in (rotation, euler_angles):
+        with pytest.raises(InvalidInputError, match="a rotation"):
+            wrong(np.zeros(2))
+    with pytest.raises(InvalidInputError, match="a rotation"):
+        euler_angles(np.eye(4))

@@ -66,3 +66,23 @@ def test_the_motion_still_moves_with_the_world_and_is_kept_in_a_file(tmp_path):
     policy.fit([moved(d, turn, shift) for d in demonstrations])
     moved_path = policy.generate(moved_frames(frames, turn, shift), turn @ frames[0].b + shift)
     np.testing.assert_allclose(moved_path, path @ turn.T + shift, atol=1e-6)
+
+
+@pytest.mark.parametrize("encoding", ["trajectory", "time"])
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_the_part_between_demonstrations_is_shrunk_by_dimensions_over_those_and_demonstrations(
+    count, encoding
+):
+    demonstrations = reaching_demonstrations(count)
+    model = TPGMM(3, encoding=encoding).fit(demonstrations)
+    data, lengths = model.samples(demonstrations)
+    sizes = (3, 3) if encoding == "trajectory" else (1, 3)
+    between = between_covariances(model.fitted(), data, lengths)
+    change = shrink_between(model.fitted(), data, lengths, sizes).covariances
+    change = change - model.fitted().covariances
+    share = 3 / (3 + count - 1)  # of the output's three dimensions, even where time is an input
+    even = np.zeros_like(between)
+    for size, block in zip(sizes, (slice(0, sizes[0]), slice(sizes[0], None)), strict=True):
+        spread = np.trace(between[..., block, block], axis1=2, axis2=3) / size
+        even[..., block, block] = spread[..., None, None] * np.eye(size)
+    np.testing.assert_allclose(change, share * (even - between), atol=1e-12)

@@ -91,3 +91,48 @@ def test_a_timed_policy_generates_what_it_always_has():
     expected = [(0.056319, 0.072691, -0.036655), (0.42202, 0.216864, 0.328032)]
     np.testing.assert_allclose(path[[35, -1]], expected, atol=1e-4)
     assert policy.cost(reaching_demonstrations(3)) == pytest.approx(0.2047821, rel=1e-3)
+
+
+@pytest.mark.parametrize("blend", [0.25, 0.5, 1.0])
+def test_the_offset_of_a_start_fades_by_a_minimum_jerk(blend):
+    policy = TimeTPGMM(5, blend=blend).fit(reaching_demonstrations(4))
+    frames = reaching_situation(np.random.default_rng(8))
+    free, offset = policy.generate(frames), np.array([0.1, -0.2, 0.3])
+    bent = policy.generate(frames, free[0] + offset)
+    phase = np.minimum(np.linspace(0.0, 1.0, len(free)) / blend, 1.0)
+    # The integral of 30 s^2 (1 - s)^2: at rest, and without acceleration, at both its ends.
+    left = 1.0 - (10 * phase**3 - 15 * phase**4 + 6 * phase**5)
+    np.testing.assert_allclose(bent - free, left[:, None] * offset, atol=1e-9)
+
+
+def test_the_default_blend_is_a_quarter_and_time_runs_at_the_demonstrated_rate():
+    policy = TimeTPGMM(5).fit(reaching_demonstrations(3, samples=81, dt=0.1))
+    frames = reaching_situation(np.random.default_rng(8))
+    assert (policy.dt, policy.duration) == (0.1, pytest.approx(8.0))
+    free = policy.generate(frames)
+    assert len(free) == 81
+    moved_by = policy.generate(frames, free[0] + 0.1) - free
+    assert np.abs(moved_by[20:]).max() < 1e-9
+    assert np.abs(moved_by[19]).max() > 1e-6
+    made = policy.synthesise(frames)
+    np.testing.assert_array_equal(made.positions, free)
+    assert made.dt == policy.dt
+
+
+def test_the_edges_of_the_settings_are_allowed_and_nan_is_not():
+    assert TimeTPGMM(ridge=0.0, blend=1.0).blend == 1.0
+    for arguments in ({"ridge": np.nan}, {"blend": np.nan}):
+        with pytest.raises(InvalidInputError):
+            TimeTPGMM(**arguments)
+    policy = TimeTPGMM(3).fit(reaching_demonstrations(2))
+    with pytest.raises(InvalidInputError, match="start"):
+        policy.generate(reaching_situation(np.random.default_rng(8)), [0.0, np.inf, 0.0])
+
+
+@pytest.mark.parametrize("warm", [True, False])
+def test_a_refit_starts_from_the_mixture_or_afresh(warm):
+    policy = TimeTPGMM(4).fit(reaching_demonstrations(3))
+    others = reaching_demonstrations(3, seed=5)
+    refitted = (policy.refit(others) if warm else policy.refit(others, False)).model.fitted()
+    model = TimeTPGMM(4).model.fit(others, policy.model.fitted() if warm else None)
+    np.testing.assert_array_equal(refitted.means, model.fitted().means)

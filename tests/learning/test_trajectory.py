@@ -296,3 +296,58 @@ def test_a_synthetic_motion_starts_where_the_demonstrations_say():
     made = TrajectoryTPGMM().fit(reaching_demonstrations(3)).synthesise(frames)
     expected = [(-0.008894, -0.071994, 0.047743), (0.520354, 0.206426, 0.472628)]
     np.testing.assert_allclose(made.positions[[0, -1]], expected, atol=1e-4)
+
+
+def test_the_least_settings_that_make_sense_are_allowed():
+    TrajectoryTPGMM(samples=3, rest_count=1, step_limit=1, rest_speed=0, end_radius=0)
+    for arguments in ({"samples": 2}, {"rest_count": 0}, {"step_limit": 0.99}):
+        with pytest.raises(InvalidInputError):
+            TrajectoryTPGMM(**arguments)
+
+
+@pytest.mark.parametrize("limit", [1.0, 2.0, 2.5])
+def test_a_path_that_does_not_end_has_so_many_times_the_longest_demonstrations_samples(limit):
+    demonstrations = [
+        *reaching_demonstrations(1, seed=0, samples=61, dt=0.1),
+        *reaching_demonstrations(1, seed=1, samples=41, dt=0.1),
+    ]
+    settings = {"samples": 51, "end_radius": 0.0, "rest_speed": 0.0}
+    policy = TrajectoryTPGMM(step_limit=limit, **settings).fit(demonstrations)
+    assert policy.dt == pytest.approx(0.1)
+    assert policy.max_samples == round(60 * limit) + 1
+    frames = demonstrations[0].frames
+    assert len(policy.generate(frames, frames[0].b)) == policy.max_samples
+
+
+def test_it_does_not_end_before_half_of_the_shortest_demonstration():
+    demonstrations = [
+        *reaching_demonstrations(1, seed=0, samples=61, dt=0.1),
+        *reaching_demonstrations(1, seed=1, samples=41, dt=0.1),
+    ]
+    policy = TrajectoryTPGMM(samples=51, rest_speed=1e3, rest_count=1).fit(demonstrations)
+    frames = demonstrations[0].frames
+    # All of it is slow: half of the forty steps is the least.
+    assert len(policy.generate(frames, frames[0].b)) in (20, 21)
+
+
+@pytest.mark.parametrize("warm", [True, False])
+def test_a_refit_starts_from_the_mixture_or_afresh(policy, warm):
+    others = reaching_demonstrations(3, seed=7)
+    refitted = (policy.refit(others) if warm else policy.refit(others, False)).model.fitted()
+    fresh = TrajectoryTPGMM().model
+    fresh.dt = policy.dt
+    fresh.fit(others, policy.model.fitted() if warm else None)
+    np.testing.assert_array_equal(refitted.means, fresh.fitted().means)
+
+
+def test_one_frame_is_enough():
+    demonstrations = [
+        SyntheticDemonstration(d.positions, d.dt, d.frames[1:]) for d in reaching_demonstrations(3)
+    ]
+    policy = TrajectoryTPGMM().fit(demonstrations)
+    frames = demonstrations[0].frames
+    path = policy.generate(frames, demonstrations[0].positions[0])
+    assert np.linalg.norm(path[-1] - frames[0].b) < 0.1
+    assert policy.cost(demonstrations) < 0.1
+    with pytest.raises(InvalidInputError, match="start must be 3"):
+        policy.generate(frames, np.zeros(4))

@@ -3,8 +3,8 @@ import pytest
 
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
-from dressing_sim.pictures import rendering
-from dressing_sim.pictures.rendering import BACKENDS, CAMERAS, INSTALL_HINT, OffscreenRenderer
+from dressing_sim.pictures import CAMERAS, rendering
+from dressing_sim.pictures.rendering import BACKENDS, INSTALL_HINT, OffscreenRenderer
 from dressing_sim.pictures.visuals import SKIN_INSET, add_visuals
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS

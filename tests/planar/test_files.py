@@ -38,6 +38,25 @@ def test_npz_without_and_with_a_validation_set(tmp_path):
     same(load(path).validation, DATA.validation)
 
 
+def test_a_file_of_its_own_to_validate_on(tmp_path):
+    path, others = tmp_path / "demos.npz", tmp_path / "others.npz"
+    extra = {f"validation_{name}": array for name, array in arrays(DATA.validation[:1]).items()}
+    np.savez(path, t=TIMES, **arrays(DATA.training), **extra)
+    np.savez(others, t=TIMES, **arrays(DATA.validation))
+    data = load(path, others)
+    same(data.training, DATA.training)
+    same(data.validation, DATA.validation)
+
+
+def test_a_file_to_validate_on_with_other_frames_is_named(tmp_path):
+    path, others = tmp_path / "demos.npz", tmp_path / "others.npz"
+    np.savez(path, t=TIMES, **arrays(DATA.training))
+    fewer = arrays(DATA.validation)
+    np.savez(others, t=TIMES, xy=fewer["xy"], A=fewer["A"][:, :1], b=fewer["b"][:, :1])
+    with pytest.raises(InvalidInputError, match=r"others\.npz does not go with .*demos\.npz"):
+        load(path, others)
+
+
 def test_the_authors_mat_layout(tmp_path):
     entries = []
     for d in DATA.training:

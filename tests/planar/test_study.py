@@ -9,12 +9,12 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.planar.figures import draw
 from dressing_sim.planar.generator import START, PlanarData, generate
 from dressing_sim.planar.report import markdown, summary
-from dressing_sim.planar.study import OPTIONS, StudySettings, run_study, situation_sampler
+from dressing_sim.planar.study import OPTIONS, StudyConfig, run_study, situation_sampler
 
 DATA = generate(2)
 SIX = replace(OPTIONS, max_iterations=6)
 TWO = replace(OPTIONS, max_iterations=2)
-SETTINGS = StudySettings(runs=2, options=SIX, components=5)
+SETTINGS = StudyConfig(runs=2, options=SIX, components=5)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_the_result_does_not_depend_on_the_number_of_workers(study):
 
 
 def test_a_run_does_not_depend_on_what_else_is_run(study):
-    alone = run_study(DATA, StudySettings(methods=("rf",), runs=1, options=SIX, components=5))
+    alone = run_study(DATA, StudyConfig(methods=("rf",), runs=1, options=SIX, components=5))
     costs = [c.cost for c in alone.of("rf", "original")[0].augmentation.history]
     assert costs == [c.cost for c in study.of("rf", "original")[0].augmentation.history]
 
@@ -54,7 +54,7 @@ def test_runs_differ_from_each_other(study):
 
 def test_without_a_validation_set_there_is_none_in_the_result():
     data = PlanarData(DATA.training, ())
-    result = summary(run_study(data, StudySettings(runs=1, options=TWO, methods=("noise",))))
+    result = summary(run_study(data, StudyConfig(runs=1, options=TWO, methods=("noise",))))
     assert [row["selection"] for row in result["rows"]] == ["original"]
     assert result["initial_validation_cost"] is None
     assert result["rows"][0]["validation_cost_mean"] is None
@@ -82,7 +82,7 @@ def test_figures_are_drawn_with_and_without_a_validation_set(study, tmp_path):
     assert [path.stem for path in draw(study, tmp_path)] == names
     assert all((tmp_path / f"{name}.png").stat().st_size > 5000 for name in names)
     data = PlanarData(DATA.training, ())
-    plain = run_study(data, StudySettings(runs=1, options=TWO, methods=("rf+noise",)))
+    plain = run_study(data, StudyConfig(runs=1, options=TWO, methods=("rf+noise",)))
     (tmp_path / "plain").mkdir()
     assert len(draw(plain, tmp_path / "plain")) == 5
 
@@ -108,6 +108,6 @@ def test_other_tasks_need_their_own_situations():
 @pytest.mark.parametrize("settings", [{"runs": 0}, {"seed": -1}])
 def test_unusable_settings_are_errors(settings):
     with pytest.raises(InvalidInputError):
-        StudySettings(**settings)
+        StudyConfig(**settings)
     with pytest.raises(InvalidInputError, match="workers"):
         run_study(DATA, SETTINGS, workers=0)

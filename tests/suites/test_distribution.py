@@ -114,7 +114,7 @@ def test_impossible_ranges_end_in_an_error_that_says_what_was_in_the_way(monkeyp
 
 @pytest.mark.parametrize("n", [-1, 1.5, "3", None])
 def test_a_number_of_postures_that_is_none_is_an_error(n):
-    with pytest.raises(InvalidInputError, match="whole number from 0"):
+    with pytest.raises(InvalidInputError, match="whole number, 0 to"):
         sample_postures(n, np.random.default_rng(0))
 
 

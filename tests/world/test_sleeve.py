@@ -304,7 +304,7 @@ def test_an_impedance_outside_0_to_1_is_an_error_that_names_it(name, value):
 
 @pytest.mark.parametrize("value", [(0.0, 0.0), (0.0, 0.0, float("nan"))])
 def test_a_grasp_offset_that_is_not_three_lengths_is_an_error(value):
-    with pytest.raises(InvalidInputError, match=r"grasp_offset is .* valid is three lengths"):
+    with pytest.raises(InvalidInputError, match=r"grasp_offset has .* valid is \(3,\) of finite"):
         SleeveConfig(grasp_offset=value)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +21,7 @@ BASELINES = ("baseline7", "baseline7:7")
 
 def label_of(row: Mapping[str, Any]) -> str:
     """A row of a summary, or a side of a comparison, in words."""
-    return Entry(row["policy"], row["demonstrations"], tuple(row["variation"])).label
+    return Entry.of(row).label
 
 
 def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[str, Any]]:
@@ -51,39 +51,40 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
             "b": b.to_dict(),
             **compare(rows[a], rows[b], np.random.default_rng(seed)).to_dict(),
         }
-        for kind, a, b in _pairs(list(rows))
+        for kind, partner in _PARTNERS.items()
+        for a in rows
+        if (b := partner(a, rows)) in rows and b != a
     ]
-
-
-def _pairs(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, Entry]]:
-    for kind, augmented in (("augmentation", True), ("policy", False)):
-        for a in entries:
-            initial = _initial(a)
-            if a == initial or initial not in entries or a.demonstrations is None:
-                continue
-            if a.policy.startswith(f"{INITIAL}-") == augmented:
-                yield kind, a, initial
-    for a in entries:
-        initial = _initial(a)
-        known = [replace(initial, demonstrations=name) for name in BASELINES]
-        baseline = next((b for b in known if b in entries), None)
-        # A policy on the baseline's demonstrations has been compared with it above.
-        if baseline is not None and baseline != initial:
-            yield "baseline", a, baseline
-    for a in entries:
-        other = replace(a, demonstrations="case_b")
-        if a.demonstrations == "case_a" and other in entries:
-            yield "case", a, other
-    for a in entries:
-        nominal = replace(a, variation=())
-        if a.variation and nominal in entries:
-            yield "variation", a, nominal
-    for a in entries:
-        chosen = replace(a, policy=a.stem)
-        if a != chosen and chosen in entries:
-            yield "settings", a, chosen
 
 
 def _initial(entry: Entry) -> Entry:
     """The row without augmentation: same demonstrations, variation and hyper-parameters."""
     return replace(entry, policy=f"{INITIAL}{entry.policy.removeprefix(entry.stem)}")
+
+
+def _same_demonstrations(entry: Entry, augmented: bool) -> Entry:
+    wanted = entry.policy.startswith(f"{INITIAL}-") == augmented
+    return _initial(entry) if wanted and entry.demonstrations is not None else entry
+
+
+def _baseline(entry: Entry, rows: Collection[Entry]) -> Entry:
+    initial = _initial(entry)
+    known = [replace(initial, demonstrations=name) for name in BASELINES]
+    baseline = next((one for one in known if one in rows), entry)
+    # A policy on the baseline's demonstrations is compared with it already.
+    return entry if baseline == initial else baseline
+
+
+def _other_case(entry: Entry) -> Entry:
+    return replace(entry, demonstrations="case_b") if entry.demonstrations == "case_a" else entry
+
+
+#: What a row is compared with, itself if with nothing, by kind.
+_PARTNERS: Mapping[str, Callable[[Entry, Collection[Entry]], Entry]] = {
+    "augmentation": lambda entry, _: _same_demonstrations(entry, augmented=True),
+    "policy": lambda entry, _: _same_demonstrations(entry, augmented=False),
+    "baseline": _baseline,
+    "case": lambda entry, _: _other_case(entry),
+    "variation": lambda entry, _: replace(entry, variation=()),
+    "settings": lambda entry, _: replace(entry, policy=entry.stem),
+}

@@ -4,104 +4,62 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from typing import TypeAlias
 
-from dressing_sim.benchmark.analysis.failures import valid
-from dressing_sim.benchmark.analysis.statistics import wilson_interval
-from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
+import numpy as np
+
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
+from dressing_sim.benchmark.records import Entry, Protocol
+
+#: Success rates, each with its place on the horizontal axis, in the axis' unit.
+Curve: TypeAlias = list[tuple[float, Rate]]
 
 #: Widths of a bin of elbow flexion that are tried, the finest first [deg].
 _BIN_WIDTHS_DEG = (5, 10, 15, 30)
 _MOST_BINS = 6
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A success rate at a place on the horizontal axis.
-
-    Attributes:
-        x: Place, in the axis' unit.
-        successes: Number of successes.
-        trials: Number of trials, above zero.
-    """
-
-    x: float
-    successes: int
-    trials: int
-
-    @property
-    def rate(self) -> float:
-        """Success rate [%]."""
-        return 100.0 * self.successes / self.trials
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The rate's 95 % Wilson interval [%]."""
-        low, high = wilson_interval(self.successes, self.trials)
-        return 100.0 * low, 100.0 * high
-
-
-def rate_at(x: float, results: Sequence[EpisodeResult]) -> Point:
-    """The success rate of results, of which there are some and none is void."""
-    return Point(x, sum(result.outcome.success for result in results), len(results))
-
-
-def elbow_bins(results: Sequence[EpisodeResult]) -> tuple[int, ...]:
-    """Edges of bins of elbow flexion [deg], at most six where possible, of all valid results."""
-    bends = [result.posture.elbow_deg for result in valid(results)] or [0.0]
-
-    def edges(width: int) -> range:
+def elbow_bins(episodes: EpisodeTable) -> Sequence[int]:
+    """Edges of bins of elbow flexion [deg], at most six where possible, of all that counts."""
+    bends = episodes.elbow_deg[episodes.valid].tolist() or [0.0]
+    edges: Sequence[int] = ()
+    for width in _BIN_WIDTHS_DEG:
         first = math.floor(min(bends) / width)
         last = max(math.ceil(max(bends) / width), first + 1)
-        return range(first * width, last * width + 1, width)
+        edges = range(first * width, last * width + 1, width)
+        if len(edges) <= _MOST_BINS + 1:
+            break
+    return edges
 
-    found = map(edges, _BIN_WIDTHS_DEG)
-    return tuple(next((e for e in found if len(e) <= _MOST_BINS + 1), edges(_BIN_WIDTHS_DEG[-1])))
 
-
-def elbow_points(results: Sequence[EpisodeResult], bins: Sequence[int]) -> list[Point]:
+def elbow_curve(episodes: EpisodeTable, bins: Sequence[int]) -> Curve:
     """Success in each bin of elbow flexion, at the mean flexion of its episodes.
 
     A flexion on an edge belongs to the bin on its right, on the last edge to the last bin. A bin
-    without episodes has no point.
+    without episodes has no rate.
     """
-    points = []
-    for low, high in pairwise(bins):
-        closed = high == bins[-1]
-        inside = [
-            r
-            for r in valid(results)
-            if low <= r.posture.elbow_deg < high or (closed and r.posture.elbow_deg == high)
-        ]
-        if inside:
-            mean = sum(r.posture.elbow_deg for r in inside) / len(inside)
-            points.append(rate_at(mean, inside))
-    return points
+    valid = episodes.where(episodes.valid)
+    places = np.minimum(np.digitize(valid.elbow_deg, bins), len(bins) - 1)
+    inside = [valid.where(places == place) for place in range(1, len(bins))]
+    return [(sum(part.elbow_deg.tolist()) / len(part), part.rate) for part in inside if len(part)]
 
 
-def budget_curves(
-    protocol: Protocol, results: Sequence[EpisodeResult]
-) -> list[tuple[Entry, list[Point]]]:
+def budget_curves(protocol: Protocol, episodes: EpisodeTable) -> list[tuple[Entry, Curve]]:
     """Success against the number of demonstrations, a curve a policy, with the first of its rows.
 
     Only policies that learned from the first n postures (``NAME:n``) of a suite for several n.
     """
-    groups: dict[tuple[str, str, tuple[str, ...]], list[tuple[int, Entry]]] = {}
+    groups: dict[tuple[str, str, tuple[str, ...]], dict[Entry, int]] = {}
     for entry in protocol.entries:
-        demonstrated = entry.demonstrations or ""
-        suite, _, number = demonstrated.rpartition(":")
+        suite, _, number = (entry.demonstrations or "").rpartition(":")
         # In random:N and random:N:SEED the last number means something else.
-        if suite and number.isdecimal() and not demonstrated.startswith("random:"):
+        if suite.partition(":")[0] not in ("", "random") and number.isdecimal():
             key = entry.policy, suite, entry.variation
-            groups.setdefault(key, []).append((int(number), entry))
-    curves = []
+            groups.setdefault(key, {})[entry] = int(number)
+    found = []
     for members in groups.values():
-        rows = [
-            (n, valid(r for r in results if r.entry == entry))
-            for n, entry in sorted(members, key=lambda member: member[0])
-        ]
-        points = [rate_at(n, inside) for n, inside in rows if inside]
-        if len(points) > 1:
-            curves.append((members[0][1], points))
-    return curves
+        rates = [(float(n), episodes.of_entry(entry).rate) for entry, n in members.items()]
+        curve = sorted((one for one in rates if one[1].n), key=lambda one: one[0])
+        if len(curve) > 1:
+            found.append((next(iter(members)), curve))
+    return found

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.benchmark.analysis.statistics import Row, wilson_interval
-from dressing_sim.benchmark.records import Entry, EpisodeResult, Failure, in_order
+from dressing_sim.benchmark.records import Entry, EpisodeResult, first_failure, in_order
 from dressing_sim.errors import InvalidInputError
+
+Key = TypeVar("Key", Entry, str)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,96 +58,78 @@ class Rate:
 
 @dataclass(frozen=True, eq=False)
 class EpisodeTable:
-    """Episodes as columns, each with n elements, one an episode.
+    """Episodes, of which rates, counts and groups are made.
 
     Attributes:
-        index: Place in the protocol, shape (n,).
-        entries: Row of the protocol.
-        postures: Name of the posture.
-        elbow_deg: Its elbow flexion after variation, shape (n,) [deg].
-        sets: Demonstration set that the policy learned from, shape (n,).
-        valid: Whether the episode counts, shape (n,).
-        success: Whether the arm was dressed, shape (n,); False where invalid.
-        failures: What went wrong.
-        metrics: Measurements by name, each of shape (n,), SI units; NaN where not measured.
+        results: The episodes.
+        successes: Whether each succeeded; None where it is invalid.
     """
 
-    index: NDArray[np.int64]
-    entries: tuple[Entry, ...]
-    postures: tuple[str, ...]
-    elbow_deg: NDArray[np.float64]
-    sets: NDArray[np.int64]
-    valid: NDArray[np.bool_]
-    success: NDArray[np.bool_]
-    failures: tuple[tuple[Failure, ...], ...]
-    metrics: dict[str, NDArray[np.float64]]
+    results: tuple[EpisodeResult, ...]
+    successes: list[bool | None]
 
     @classmethod
     def of(cls, results: Iterable[EpisodeResult]) -> EpisodeTable:
         """The table of a run's episodes, in the order of the protocol."""
-        ordered = sorted(results, key=lambda result: result.index)
-        outcomes = [result.outcome for result in ordered]
-        names = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
-        return cls(
-            index=np.array([r.index for r in ordered], dtype=np.int64),
-            entries=tuple(r.entry for r in ordered),
-            postures=tuple(r.posture.name for r in ordered),
-            elbow_deg=np.array([r.posture.elbow_deg for r in ordered], dtype=np.float64),
-            sets=np.array([r.demonstration_set for r in ordered], dtype=np.int64),
-            valid=np.array([o.invalid is None for o in outcomes], dtype=np.bool_),
-            success=np.array([o.success and o.invalid is None for o in outcomes], dtype=np.bool_),
-            failures=tuple(o.failures for o in outcomes),
-            metrics={
-                name: np.array([float(o.metrics.get(name, np.nan)) for o in outcomes])
-                for name in names
-            },
-        )
+        ordered = tuple(sorted(results, key=lambda result: result.index))
+        return cls(ordered, [_success(result) for result in ordered])
 
     def __len__(self) -> int:
-        return len(self.entries)
+        return len(self.results)
+
+    @cached_property
+    def sets(self) -> NDArray[np.int64]:
+        """Demonstration set that the policy learned from, shape (n,)."""
+        return np.array([r.demonstration_set for r in self.results], dtype=np.int64)
+
+    @cached_property
+    def elbow_deg(self) -> NDArray[np.float64]:
+        """Elbow flexion after variation, shape (n,) [deg]."""
+        return np.array([r.posture.elbow_deg for r in self.results], dtype=np.float64)
+
+    @cached_property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether the episode counts, shape (n,)."""
+        return np.array([success is not None for success in self.successes], dtype=np.bool_)
+
+    @cached_property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether the episode counts and is no success, shape (n,)."""
+        return np.array([success is False for success in self.successes], dtype=np.bool_)
 
     def where(self, chosen: ArrayLike) -> EpisodeTable:
         """The episodes for which a mask of shape (n,) is true, in the same order."""
-        places = np.flatnonzero(chosen)
+        return self._at(np.flatnonzero(chosen).tolist())
+
+    def _at(self, places: Sequence[int]) -> EpisodeTable:
         return EpisodeTable(
-            index=self.index[places],
-            entries=tuple(self.entries[place] for place in places),
-            postures=tuple(self.postures[place] for place in places),
-            elbow_deg=self.elbow_deg[places],
-            sets=self.sets[places],
-            valid=self.valid[places],
-            success=self.success[places],
-            failures=tuple(self.failures[place] for place in places),
-            metrics={name: values[places] for name, values in self.metrics.items()},
+            tuple(self.results[place] for place in places),
+            [self.successes[place] for place in places],
         )
 
-    def judged(self, successes: Sequence[bool | None]) -> EpisodeTable:
+    def judged(self, successes: Iterable[bool | None]) -> EpisodeTable:
         """The same episodes with other verdicts, None where there is none."""
-        return replace(
-            self,
-            valid=np.array([success is not None for success in successes], dtype=np.bool_),
-            success=np.array([success is True for success in successes], dtype=np.bool_),
-        )
+        return EpisodeTable(self.results, list(successes))
 
     @cached_property
     def by_entry(self) -> dict[Entry, EpisodeTable]:
         """The episodes of each row of the protocol."""
-        places: dict[Entry, list[bool]] = {
-            entry: [one == entry for one in self.entries] for entry in dict.fromkeys(self.entries)
-        }
-        return {entry: self.where(chosen) for entry, chosen in places.items()}
+        return self._groups([result.entry for result in self.results])
+
+    @cached_property
+    def by_posture(self) -> dict[str, EpisodeTable]:
+        """The episodes of each posture, by its name."""
+        return self._groups([result.posture.name for result in self.results])
+
+    def _groups(self, keys: Sequence[Key]) -> dict[Key, EpisodeTable]:
+        places: dict[Key, list[int]] = {}
+        for place, key in enumerate(keys):
+            places.setdefault(key, []).append(place)
+        return {key: self._at(inside) for key, inside in places.items()}
 
     def of_entry(self, entry: Entry) -> EpisodeTable:
         """The episodes of one row; none if there are none."""
-        return self.by_entry.get(entry) or self.where(np.zeros(len(self), dtype=np.bool_))
-
-    @property
-    def successes(self) -> list[bool | None]:
-        """Success of each episode, None where it is invalid."""
-        return [
-            bool(success) if valid else None
-            for success, valid in zip(self.success, self.valid, strict=True)
-        ]
+        return self.by_entry.get(entry, EpisodeTable((), []))
 
     @property
     def rate(self) -> Rate:
@@ -153,13 +139,14 @@ class EpisodeTable:
     @property
     def reasons(self) -> dict[str, int]:
         """Episodes that count by what went wrong in them, in the order of the rules."""
-        told = [
-            {failure.reason for failure in failures}
-            for failures, valid in zip(self.failures, self.valid, strict=True)
-            if valid
-        ]
-        order = in_order({reason for one in told for reason in one})
-        return {reason: sum(reason in one for one in told) for reason in order}
+        valid = self.where(self.valid).results
+        return _counted(reason for result in valid for reason in set(result.outcome.reasons))
+
+    @property
+    def first_reasons(self) -> dict[str, int]:
+        """Episodes that count by what went wrong first in them, in the order of the rules."""
+        firsts = [first_failure(result.outcome) for result in self.where(self.valid).results]
+        return _counted(first.reason for first in firsts if first is not None)
 
     @property
     def row(self) -> Row:
@@ -169,12 +156,12 @@ class EpisodeTable:
             InvalidInputError: Two episodes have the same posture and set.
         """
         found: dict[tuple[int, str], bool | None] = {}
-        keys = zip(self.sets.tolist(), self.postures, strict=True)
-        for key, success, entry in zip(keys, self.successes, self.entries, strict=True):
+        for result, success in zip(self.results, self.successes, strict=True):
+            key = result.demonstration_set, result.posture.name
             if key in found:
                 raise InvalidInputError(
-                    f"row {entry.label}: posture {key[1]!r} with demonstration set {key[0]} "
-                    "occurs twice; valid is once"
+                    f"row {result.entry.label}: posture {key[1]!r} with demonstration set "
+                    f"{key[0]} occurs twice; valid is once"
                 )
             found[key] = success
         return found
@@ -185,6 +172,15 @@ class EpisodeTable:
         return {entry: episodes.row for entry, episodes in self.by_entry.items()}
 
 
-def count(results: Sequence[EpisodeResult]) -> Rate:
+def count(results: Iterable[EpisodeResult]) -> Rate:
     """How many of some episodes succeeded."""
-    return Rate.of(None if r.outcome.invalid is not None else r.outcome.success for r in results)
+    return Rate.of(map(_success, results))
+
+
+def _success(result: EpisodeResult) -> bool | None:
+    return result.outcome.success if result.outcome.invalid is None else None
+
+
+def _counted(reasons: Iterable[str]) -> dict[str, int]:
+    counts = Counter(reasons)
+    return {reason: counts[reason] for reason in in_order(counts.keys())}

@@ -9,11 +9,10 @@ the study of data generation (Noise), the dressing experiment, the conclusion.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-from dressing_sim.benchmark.analysis.statistics import wilson_interval
 from dressing_sim.benchmark.records import Entry
 
 #: (policy, demonstrations) -> successes, trials: five postures, each tried once. From Section V,
@@ -39,59 +38,60 @@ NO_EFFECT = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """How the interval of a difference becomes a verdict.
+    """How an interval becomes a verdict.
 
     Attributes:
         criterion: The rule in words.
-        verdict: Verdict by the interval's lower and upper bound, -1 to 1 for a difference.
+        confirms: Whether bounds, from -1 to 1 for a difference, confirm the claim.
+        refutes: Whether bounds that do not confirm it refute it.
     """
 
     criterion: str
-    verdict: Callable[[float, float], Verdict]
+    confirms: Callable[[float, float], bool]
+    refutes: Callable[[float, float], bool]
 
-
-def _more(low: float, high: float) -> Verdict:
-    if low > 0.0:
-        return "confirmed"
-    return "refuted" if high < NO_EFFECT else "undecided"
-
-
-def _not_more(low: float, high: float) -> Verdict:
-    contrary: dict[Verdict, Verdict] = {"confirmed": "refuted", "refuted": "confirmed"}
-    verdict = _more(low, high)
-    return contrary.get(verdict, verdict)
-
-
-def _alike(low: float, high: float) -> Verdict:
-    if low >= -MARGIN and high <= MARGIN:
-        return "confirmed"
-    return "refuted" if low > MARGIN or high < -MARGIN else "undecided"
-
-
-def _no_less(low: float, high: float) -> Verdict:
-    if low >= -MARGIN:
-        return "confirmed"
-    return "refuted" if high < -MARGIN else "undecided"
+    def verdict(self, low: float, high: float) -> Verdict:
+        """The verdict by the interval's bounds."""
+        if self.confirms(low, high):
+            return "confirmed"
+        return "refuted" if self.refutes(low, high) else "undecided"
 
 
 _SMALL, _WIDE = f"{100 * NO_EFFECT:.0f} points", f"{100 * MARGIN:.0f} points"
 
 #: The first is better. No gain, or next to none, refutes it as a loss does.
-MORE = Rule(f"confirmed if the interval is above 0; else refuted if it is below +{_SMALL}", _more)
+MORE = Rule(
+    f"confirmed if the interval is above 0; else refuted if it is below +{_SMALL}",
+    lambda low, high: low > 0.0,
+    lambda low, high: high < NO_EFFECT,
+)
 
 #: The first is not better: the contrary of `MORE`.
 NOT_MORE = Rule(
-    f"refuted if the interval is above 0; else confirmed if it is below +{_SMALL}", _not_more
+    f"refuted if the interval is above 0; else confirmed if it is below +{_SMALL}",
+    lambda low, high: low <= 0.0 and high < NO_EFFECT,
+    lambda low, high: low > 0.0,
 )
 
 #: Both are equally good.
 ALIKE = Rule(
-    f"confirmed if the interval is within {_WIDE} of 0, refuted if it is wholly outside", _alike
+    f"confirmed if the interval is within {_WIDE} of 0, refuted if it is wholly outside",
+    lambda low, high: low >= -MARGIN and high <= MARGIN,
+    lambda low, high: low > MARGIN or high < -MARGIN,
 )
 
 #: The first is as good as the second, or better.
 NO_LESS = Rule(
-    f"confirmed if the interval is above -{_WIDE}, refuted if it is wholly below", _no_less
+    f"confirmed if the interval is above -{_WIDE}, refuted if it is wholly below",
+    lambda low, high: low >= -MARGIN,
+    lambda low, high: high < -MARGIN,
+)
+
+#: Of a rate rather than a difference: in most cases.
+MOSTLY = Rule(
+    "confirmed if the interval is above 50 %, refuted if it is below",
+    lambda low, high: low > 0.5,
+    lambda low, high: high < 0.5,
 )
 
 
@@ -114,110 +114,58 @@ class Hypothesis:
 
 CASES = {"case_a": "case A (distinct postures)", "case_b": "case B (similar postures)"}
 BASELINE = Entry("tp-gmm", "baseline7")
+_INITIAL, _NOISE, _RF, _BOTH = "tp-gmm", "tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise"
+
+#: Of the policies of one case: name, statement, first and second policy, rule.
+_WITHIN_A_CASE = (
+    ("rf_helps", "RF helps", _RF, _INITIAL, MORE),
+    ("rf_noise_helps", "RF+noise helps", _BOTH, _INITIAL, MORE),
+    (
+        "noise_does_not_help",
+        "Noise alone overfits: it does not help in new situations",
+        *(_NOISE, _INITIAL, NOT_MORE),
+    ),
+    ("rf_beats_noise", "RF generalises better than Noise alone", _RF, _NOISE, MORE),
+    ("rf_noise_beats_noise", "RF+noise generalises better than Noise alone", _BOTH, _NOISE, MORE),
+    ("rf_like_rf_noise", "RF and RF+noise perform alike", _RF, _BOTH, ALIKE),
+)
 
 
-def _difference(name: str, statement: str, a: Entry, b: Entry, rule: Rule) -> Hypothesis:
-    return Hypothesis(name, statement, ((1, a), (-1, b)), rule)
-
-
-def _of_case(case: str) -> list[Hypothesis]:
-    where = CASES[case]
-    initial, noise, rf, both = (
-        Entry(policy, case) for policy in ("tp-gmm", "tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+def _between_cases(name: str, key: str, policy: str) -> tuple[Hypothesis, Hypothesis]:
+    ends = ((1, Entry(policy, "case_a")), (-1, Entry(policy, "case_b")))
+    begins = ((-1, Entry(_INITIAL, "case_a")), (1, Entry(_INITIAL, "case_b")))
+    gains = (ends[0], begins[0], ends[1], begins[1])
+    more, better = f"case_a_gains_more_{key}", f"case_a_ends_better_{key}"
+    return (
+        Hypothesis(more, f"case A gains more from {name} than case B", gains, MORE),
+        Hypothesis(better, f"with {name}, case A outperforms case B", ends, MORE),
     )
-    return [
-        _difference(f"rf_helps_{case}", f"RF helps, {where}", rf, initial, MORE),
-        _difference(f"rf_noise_helps_{case}", f"RF+noise helps, {where}", both, initial, MORE),
-        _difference(
-            f"noise_does_not_help_{case}",
-            f"Noise alone overfits: it does not help in new situations, {where}",
-            noise,
-            initial,
-            NOT_MORE,
-        ),
-        _difference(
-            f"rf_beats_noise_{case}",
-            f"RF generalises better than Noise alone, {where}",
-            rf,
-            noise,
-            MORE,
-        ),
-        _difference(
-            f"rf_noise_beats_noise_{case}",
-            f"RF+noise generalises better than Noise alone, {where}",
-            both,
-            noise,
-            MORE,
-        ),
-        _difference(
-            f"rf_like_rf_noise_{case}", f"RF and RF+noise perform alike, {where}", rf, both, ALIKE
-        ),
-    ]
-
-
-def _between_cases(name: str, policy: str) -> list[Hypothesis]:
-    a, b = Entry(policy, "case_a"), Entry(policy, "case_b")
-    initial_a, initial_b = Entry("tp-gmm", "case_a"), Entry("tp-gmm", "case_b")
-    key = policy.removeprefix("tp-gmm-").replace("-", "_")
-    return [
-        Hypothesis(
-            f"case_a_gains_more_{key}",
-            f"case A gains more from {name} than case B",
-            ((1, a), (-1, initial_a), (-1, b), (1, initial_b)),
-            MORE,
-        ),
-        _difference(
-            f"case_a_ends_better_{key}", f"with {name}, case A outperforms case B", a, b, MORE
-        ),
-    ]
 
 
 #: The claims about weighted sums of success rates.
 HYPOTHESES: tuple[Hypothesis, ...] = (
-    *_of_case("case_a"),
-    *_of_case("case_b"),
-    *_between_cases("RF", "tp-gmm-rf"),
-    *_between_cases("RF+noise", "tp-gmm-rf-noise"),
+    *(
+        Hypothesis(
+            f"{name}_{case}",
+            f"{statement}, {where}",
+            ((1, Entry(a, case)), (-1, Entry(b, case))),
+            rule,
+        )
+        for case, where in CASES.items()
+        for name, statement, a, b, rule in _WITHIN_A_CASE
+    ),
+    *_between_cases("RF", "rf", _RF),
+    *_between_cases("RF+noise", "rf_noise", _BOTH),
 )
 
-#: Two demonstrations and synthetic ones: who may match the baseline.
-AUGMENTED: tuple[Entry, ...] = tuple(
-    Entry(policy, case)
+#: Two demonstrations and synthetic ones, each held against seven: one of them may match these.
+AUGMENTED: tuple[Hypothesis, ...] = tuple(
+    Hypothesis(
+        "best_matches_baseline",
+        "the best augmented policy of two demonstrations matches that of seven",
+        ((1, Entry(policy, case)), (-1, BASELINE)),
+        NO_LESS,
+    )
     for case in CASES
-    for policy in ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+    for policy in (_NOISE, _RF, _BOTH)
 )
-
-
-def next_to_paper(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Our success rates next to the paper's, as cells of text, the first row the heading.
-
-    Args:
-        rows: Rows of ``summary.json``; those under variation are left out.
-
-    Returns:
-        The heading, then one row each of ours; where the paper has none, its cells are "-". The
-        heading alone where no row is in the paper's table.
-    """
-    cells = [["policy", "shown", "ours", "95 % interval", "the paper's", "95 % interval"]]
-    nominal = [row for row in rows if not row.get("variation")]
-    if not any(_key(row) in PAPER_TABLE for row in nominal):
-        return cells
-    for row in nominal:
-        ours = _cells(row["n_success"], row["n_episodes"])
-        printed = PAPER_TABLE.get(_key(row))
-        theirs = _cells(*printed) if printed else ["-", "-"]
-        cells.append([row["policy"], row["demonstrations"] or "-", *ours, *theirs])
-    return cells
-
-
-def _key(row: Mapping[str, Any]) -> tuple[str, str]:
-    return row["policy"], row["demonstrations"] or ""
-
-
-def _cells(successes: int, trials: int) -> list[str]:
-    low, high = wilson_interval(successes, trials)
-    return [_rate(successes, trials), f"{100.0 * low:.0f} - {100.0 * high:.0f} %"]
-
-
-def _rate(successes: int, trials: int) -> str:
-    return f"{100.0 * successes / trials:.3g} % ({successes} / {trials})" if trials else "-"

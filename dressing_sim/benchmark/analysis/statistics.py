@@ -26,13 +26,7 @@ _PSEUDO_EPISODES = 2.0
 def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
     """Wilson score interval of a success rate (Wilson 1927).
 
-    Args:
-        successes: Number of successes.
-        trials: Number of trials.
-        confidence: Coverage, between 0 and 1.
-
-    Returns:
-        Lower and upper bound, each from 0 to 1; (0, 1) where there were no trials.
+    Both bounds are from 0 to 1, as is the confidence; (0, 1) where there were no trials.
     """
     if trials == 0:
         return 0.0, 1.0
@@ -43,12 +37,7 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tu
 def mcnemar_p(only_a: int, only_b: int) -> float:
     """Exact two-sided McNemar test: binomial on the pairs in which one alone succeeds.
 
-    Args:
-        only_a: Pairs in which the first succeeds and the second does not.
-        only_b: The other way round.
-
-    Returns:
-        p-value; 1 where no pair differs. It takes pairs as independent.
+    The p-value is 1 where no pair differs. It takes pairs as independent.
     """
     discordant = only_a + only_b
     return float(binomtest(only_a, discordant).pvalue) if discordant else 1.0
@@ -149,7 +138,7 @@ def _resample(
     rng: np.random.Generator,
     n_resamples: int,
 ) -> NDArray[np.float64]:
-    """Means of bootstrap samples.
+    """Means of bootstrap samples, shape (n_resamples,).
 
     Drawing n episodes with replacement is drawing how many have each value: a multinomial.
 
@@ -159,9 +148,6 @@ def _resample(
         pseudo: Pseudo-episodes with each value, shared among the sets, shape (n_values,).
         rng: Source of randomness.
         n_resamples: Number of samples.
-
-    Returns:
-        Shape (n_resamples,).
     """
     n_sets = len(counts)
     mixed = counts + pseudo / n_sets
@@ -258,14 +244,7 @@ class Paired:
 
 
 def compare(a: Row, b: Row, rng: np.random.Generator, n_resamples: int = 10_000) -> Paired:
-    """Compare two rows over the postures and demonstration sets that both have.
-
-    Args:
-        a: Episodes of the first row.
-        b: Episodes of the second.
-        rng: Source of randomness.
-        n_resamples: Number of bootstrap samples.
-    """
+    """Compare two rows over the postures and demonstration sets that both have."""
     pairs = [(a[key], b[key]) for key in a if key in b]
     difference = contrast((a, b), (1, -1), rng, n_resamples=n_resamples)
     return Paired(

@@ -7,12 +7,17 @@ it is, never as markup.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 #: Texts of a table, the first row the heading.
 Cells: TypeAlias = list[list[str]]
+
+T = TypeVar("T")
+
+#: A column of a table: its heading, and how a cell is made of what the row is about.
+Column: TypeAlias = tuple[str, Callable[[T], str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +127,15 @@ def config_section(summary: Mapping[str, Any]) -> Section:
     versions = ", ".join(f"{name} {number}" for name, number in summary["versions"].items())
     config = Code(json.dumps(summary["config"], indent=2), "json")
     return Section("Settings", (config, Paragraph(versions)), folded=True)
+
+
+def tabulate(
+    rows: Sequence[T], columns: Sequence[Column[T]], optional: Sequence[str] = ()
+) -> Cells:
+    """A table of columns; those that are optional only where a cell is more than a dash."""
+    filled = [[heading, *map(cell, rows)] for heading, cell in columns]
+    kept = [c for c in filled if c[0] not in optional or any(text != "-" for text in c[1:])]
+    return list(map(list, zip(*kept, strict=True)))
 
 
 def percent(value: float | None) -> str:

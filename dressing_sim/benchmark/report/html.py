@@ -9,17 +9,8 @@ from functools import cache
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
 
+from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.document import Cells, Document, Picture, Plot
-from dressing_sim.benchmark.report.plots import (
-    ACCENT,
-    BLACK,
-    CONTRAST,
-    GRID,
-    INK,
-    PAPER,
-    QUIET,
-    SURFACE,
-)
 from dressing_sim.files import assets
 
 #: What a column of numbers holds: signs, digits, and dashes where there is no number.
@@ -27,14 +18,14 @@ _NUMBER = re.compile(r"[-+·<]?\s?[\d.]*(\s|\d|$)|[-·]")
 
 #: The page's colours, dark or light, for those of a plot that are not data.
 _THEME = {
-    PAPER: "none",
-    SURFACE: "var(--paper)",
-    BLACK: "var(--black)",
-    INK: "var(--ink)",
-    QUIET: "var(--quiet)",
-    GRID: "var(--grid)",
-    ACCENT: "var(--accent)",
-    CONTRAST: "var(--print)",
+    plots.PAPER: "none",
+    plots.SURFACE: "var(--paper)",
+    plots.BLACK: "var(--black)",
+    plots.INK: "var(--ink)",
+    plots.QUIET: "var(--quiet)",
+    plots.GRID: "var(--grid)",
+    plots.ACCENT: "var(--accent)",
+    plots.CONTRAST: "var(--print)",
 }
 
 

@@ -16,12 +16,26 @@ from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-#: Behind a plot, and around marks; text and black data; less of it; lines to read values by.
-PAPER, SURFACE, INK, QUIET, GRID = "#ffffff", "#fdfdfb", "#1c1c1a", "#62625c", "#e4e3dd"
+from dressing_sim.files import assets
+
+_STYLE: dict[Any, Any] = dict(
+    matplotlib.rc_params_from_file(
+        assets() / "report" / "plots.mplstyle", use_default_template=False
+    )
+)
+
+#: Behind a plot; text; less of it; lines to read values by.
+PAPER, INK, QUIET, GRID = (
+    str(_STYLE[f"{name}color"]) for name in ("axes.face", "text.", "axes.edge", "grid.")
+)
+
+#: Around marks.
+SURFACE = "#fdfdfb"
 
 #: The darkest on bright paper, the brightest on dark. Not quite black, which SVG leaves unsaid.
 BLACK = "#010101"
@@ -36,40 +50,6 @@ _ON_DARK, _ON_BRIGHT = "#fefefe", "#111111"
 _ROW, _LINE = 0.17, 0.15  # heights of a row of intervals and of a further line of its label [inch]
 _LABEL = 46  # letters in a line of a label
 
-#: Without date and random names, so that the same numbers give the same file; `$` is a letter.
-STYLE: dict[Any, Any] = {
-    "svg.hashsalt": "dressing_sim",
-    "svg.fonttype": "path",
-    "text.parse_math": False,
-    "font.family": "DejaVu Sans",
-    "font.size": 7.5,
-    "axes.titlesize": 7.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 7.5,
-    "axes.labelcolor": QUIET,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": QUIET,
-    "axes.facecolor": PAPER,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "figure.dpi": 72.0,  # as SVG is, so that a layout fits
-    "figure.facecolor": PAPER,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-    "text.color": INK,
-    "xtick.color": QUIET,
-    "xtick.labelsize": 7.5,
-    "xtick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.color": QUIET,
-    "ytick.labelsize": 7.5,
-    "ytick.major.width": 0.6,
-    "ytick.major.size": 2.5,
-}
-
 
 @dataclass(frozen=True, slots=True)
 class Style:
@@ -78,6 +58,11 @@ class Style:
     colour: str
     marker: str
     dashes: str | tuple[int, tuple[float, ...]] = "-"
+
+    @property
+    def look(self) -> dict[str, Any]:
+        """What `Axes.plot` takes."""
+        return {"color": self.colour, "marker": self.marker, "ls": self.dashes}
 
 
 #: Colours of Okabe and Ito's palette, which colour-blind people can tell apart; markers and dashes
@@ -99,14 +84,14 @@ MUTED = Style(QUIET, "s")
 @contextmanager
 def figure(height: float, width: float = WIDTH) -> Iterator[Figure]:
     """A figure of this size [inch] in the style, which holds inside the block alone."""
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(_STYLE):
         yield Figure(figsize=(width, height), layout="constrained")
 
 
 def svg_of(drawn: Figure) -> str:
     """A figure as the text of an SVG file."""
     stream = io.StringIO()
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(_STYLE):
         layout = drawn.get_layout_engine()
         if layout is not None:  # else matplotlib draws all of it once more to find it
             layout.execute(drawn)
@@ -150,17 +135,7 @@ def draw_curve(axes: Axes, curve: Curve, style: Style, bars: bool = False) -> No
         axes.vlines(curve.x, curve.low, curve.high, color=style.colour, lw=1.0, alpha=0.6)
     else:
         axes.fill_between(curve.x, curve.low, curve.high, color=style.colour, alpha=0.1, lw=0.0)
-    axes.plot(
-        curve.x,
-        curve.y,
-        color=style.colour,
-        marker=style.marker,
-        ms=3.0,
-        lw=1.0,
-        ls=style.dashes,
-        clip_on=False,
-        label=curve.label,
-    )
+    axes.plot(curve.x, curve.y, clip_on=False, label=curve.label, ms=3.0, lw=1.0, **style.look)
 
 
 def draw_points(
@@ -224,15 +199,14 @@ def intervals(
                 axes.plot(
                     row.ring, y, "o", ms=5.0, mfc=SURFACE, mec=CONTRAST, mew=1.3, clip_on=False
                 )
-        handles = [
-            Line2D([], [], color=ACCENT, marker="|", ms=7.0, mew=2.2, lw=5.0, alpha=0.5),
-            Line2D([], [], color=QUIET, marker=".", ms=2.5, lw=0.0),
-            Line2D([], [], color=CONTRAST, marker="o", ms=5.0, mfc=SURFACE, mew=1.3, lw=0.0),
-        ]
-        for handle, text in zip(handles, legend, strict=True):
-            handle.set_label(text)
-        if any(legend):
-            legend_above(drawn, [h for h, text in zip(handles, legend, strict=True) if text], 3)
+        marks: tuple[dict[str, Any], ...] = (
+            {"color": ACCENT, "marker": "|", "ms": 7.0, "mew": 2.2, "lw": 5.0, "alpha": 0.5},
+            {"color": QUIET, "marker": ".", "ms": 2.5, "lw": 0.0},
+            {"color": CONTRAST, "marker": "o", "ms": 5.0, "mfc": SURFACE, "mew": 1.3, "lw": 0.0},
+        )
+        explained = [(mark, text) for mark, text in zip(marks, legend, strict=True) if text]
+        if explained:
+            legend_above(drawn, [Line2D([], [], label=t, **mark) for mark, t in explained], 3)
         return svg_of(drawn)
 
 
@@ -250,8 +224,7 @@ def stacked(
     labels = [wrapped(label) for label in rows]
     places = _places(labels)
     longest = max((sum(shares.values()) for shares in rows.values()), default=0.0)
-    reach = next(step for step in (20.0, 40.0, 60.0, 80.0, math.inf) if longest <= step)
-    reach = min(reach, 100.0)
+    reach = next((step for step in (20.0, 40.0, 60.0, 80.0) if longest <= step), 100.0)
     with figure(places[-1] + 1.1) as drawn:
         axes = _rows(drawn, labels, places, xlabel, (0.0, reach))
         for y, shares in zip(places, rows.values(), strict=True):
@@ -305,5 +278,5 @@ def _text_on(colour: str) -> str:
     """A colour that can be read on another."""
     if colour == BLACK:
         return SURFACE
-    red, green, blue = (int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    red, green, blue = to_rgb(colour)
     return _ON_DARK if 0.30 * red + 0.59 * green + 0.11 * blue < 0.45 else _ON_BRIGHT

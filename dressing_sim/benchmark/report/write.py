@@ -10,7 +10,7 @@ from typing import Any
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown
-from dressing_sim.files import write_text
+from dressing_sim.files import write_files
 
 #: Tells that a run is finished.
 SUMMARY = "summary.json"
@@ -22,10 +22,11 @@ def write_report(folder: Path, document: Document, summary: Mapping[str, Any]) -
     Raises:
         InvalidInputError: A file cannot be written.
     """
-    page = html(document)
-    for plot in document.plots:
-        write_text(folder / f"{plot.name}.svg", plot.svg)
-    write_text(folder / "report.md", markdown(document))
-    write_text(folder / "report.html", page)
+    files: dict[Path, str | bytes] = {
+        folder / f"{plot.name}.svg": plot.svg for plot in document.plots
+    }
+    files[folder / "report.md"] = markdown(document)
+    files[folder / "report.html"] = html(document)
     # Last, as it tells that the run is finished.
-    write_text(folder / SUMMARY, json.dumps(summary, indent=2) + "\n")
+    files[folder / SUMMARY] = json.dumps(summary, indent=2) + "\n"
+    write_files(files)

@@ -1,4 +1,4 @@
-"""Whether an episode that was run again is the recorded one: to the bit, or on another processor.
+"""Where plain values differ, and whether an episode that was run again is the recorded one.
 
 Where the numerics have the recorded fingerprint, and no other reason for a difference is known,
 every bit must be the same. On another kind of processor the last bits of a product or of a sine
@@ -9,11 +9,9 @@ within `RELATIVE`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
-
-from dressing_sim.benchmark.run.differences import leaves, tell
 
 #: Largest difference between numbers of different numerics, in relation to their size.
 #: Measured: 6e-10 at worst over twenty episodes with three other numerics (docs/benchmark.md).
@@ -25,6 +23,9 @@ SMALL = 1e-3
 
 #: A recorded line has them, but they are no measurements.
 _NOT_MEASURED = ("versions", "provenance")
+
+#: More differences than this are counted only.
+_LISTED = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,44 +60,68 @@ class Agreement:
 
 
 def compare(recorded: Mapping[str, Any], now: Mapping[str, Any], numerics: str = "") -> Agreement:
-    """Compare two lines of ``episodes.jsonl``.
+    """Compare two lines of ``episodes.jsonl``, plain values.
 
-    Args:
-        recorded: As it was recorded, plain values.
-        now: As it is now.
-        numerics: In what the numerics differ; if empty, every bit must be the same.
+    `numerics` is in what the numerics differ; if it is empty, every bit must be the same.
     """
-    one, other = _measured(recorded), _measured(now)
-    before, after = dict(leaves(one)), dict(leaves(other))
-    unequal = [n for n in dict.fromkeys([*before, *after]) if not _same(n, before, after)]
-    found = tell(before, after, unequal, "recorded", "now")
-    apart = {n: _apart(n, before, after) for n in unequal}
-    largest = max((value for value in apart.values() if value < math.inf), default=0.0)
-    if not numerics:
-        return Agreement(found, found, largest, numerics)
-    far = [n for n, value in apart.items() if not value <= RELATIVE]
-    return Agreement(found, tell(before, after, far, "recorded", "now"), largest, numerics)
+    before, after = (
+        dict(_leaves({name: line[name] for name in line if name not in _NOT_MEASURED}))
+        for line in (recorded, now)
+    )
+    apart = {name: _apart(name, before, after) for name in _unequal(before, after)}
+    beyond = [name for name, value in apart.items() if not (numerics and value <= RELATIVE)]
+    return Agreement(
+        _told(apart, before, after, "recorded", "now"),
+        _told(beyond, before, after, "recorded", "now"),
+        max((value for value in apart.values() if value < math.inf), default=0.0),
+        numerics,
+    )
 
 
-def _measured(line: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in line.items() if name not in _NOT_MEASURED}
+def differences(first: Any, second: Any, here: str, there: str) -> list[str]:
+    """One line for each plain value that differs, and none if all are equal to the bit.
+
+    The first are called `here` in the text, the second `there`.
+    """
+    one, other = dict(_leaves(first)), dict(_leaves(second))
+    return _told(_unequal(one, other), one, other, here, there)
 
 
-def _same(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
-    return name in before and name in after and repr(before[name]) == repr(after[name])
+def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Plain values within plain values, each with its dotted name: ``figures.strain``."""
+    if not value or not isinstance(value, Mapping | list):
+        yield name, value
+        return
+    for key, child in value.items() if isinstance(value, Mapping) else enumerate(value):
+        yield from _leaves(child, f"{name}.{key}" if name else str(key))
+
+
+def _unequal(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+    return [n for n in dict.fromkeys([*one, *other]) if _text(one, n) != _text(other, n)]
+
+
+def _told(
+    names: Iterable[str], one: Mapping[str, Any], other: Mapping[str, Any], here: str, there: str
+) -> list[str]:
+    """A line for each name, and one that counts those beyond the twelfth."""
+    lines = [f"{name}: {_text(one, name)} {here}, {_text(other, name)} {there}" for name in names]
+    more = len(lines) - _LISTED
+    return lines[:_LISTED] + ([f"and {more} more"] if more > 0 else [])
+
+
+def _text(values: Mapping[str, Any], name: str) -> str:
+    # The shortest text that gives the same number again; unlike numbers, NaN equals itself.
+    return repr(values[name]) if name in values else "nothing"
 
 
 def _apart(name: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> float:
     """How far two values are apart in relation to their size; infinite if they cannot be near."""
     one, other = before.get(name), after.get(name)
-    if isinstance(one, str) and isinstance(other, str) and _is_text_of_a_failure(name):
+    of_a_failure = name.startswith("failures.") and name.endswith(".detail")
+    if of_a_failure and isinstance(one, str) and isinstance(other, str):
         return 0.0  # it has rounded numbers in it, which stand elsewhere in full
     # Seeds and counts are whole numbers, and exact.
     if not (isinstance(one, float) and isinstance(other, float)):
         return math.inf
     apart = abs(one - other) / max(abs(one), abs(other), SMALL)
     return apart if math.isfinite(apart) else math.inf
-
-
-def _is_text_of_a_failure(name: str) -> bool:
-    return name.startswith("failures.") and name.endswith(".detail")

@@ -7,18 +7,10 @@ import os
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-)
-from concurrent.futures import wait as wait_for
+from concurrent import futures
+from concurrent.futures import Future
 from itertools import islice
-from multiprocessing.connection import Connection
-from multiprocessing.connection import wait as wait_for_connection
+from multiprocessing import connection
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -26,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from dressing_sim.errors import DressingSimError
 from dressing_sim.numerics import common_to_children
 from dressing_sim.numerics import numerics as worker_numerics
-from dressing_sim.system import ignore_interrupt, interrupt_blocked
+from dressing_sim.system import check_may_start_processes, ignore_interrupt, interrupt_blocked
 
 Key = TypeVar("Key")
 
@@ -34,14 +26,12 @@ Key = TypeVar("Key")
 #: memory does not grow with the number of episodes.
 _AHEAD = 4
 
-_NO_WORKER = "no worker can be started here; is there enough memory?"
-
 
 class WorkerDied(DressingSimError):
     """The worker died under a call, and so did the one that tried it again."""
 
 
-class Workers(Executor):
+class Workers(futures.Executor):
     """An executor whose workers can die.
 
     Each call gets one thread for linear algebra: workers do not slow down each other, and bits do
@@ -53,7 +43,7 @@ class Workers(Executor):
         shared_fate: Whether a death ends all calls in flight, whichever of them it was.
     """
 
-    deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    deaths: tuple[type[BaseException], ...] = (futures.BrokenExecutor,)
     shared_fate: bool = True
 
     @property
@@ -63,17 +53,8 @@ class Workers(Executor):
 
     def numerics(self) -> Mapping[str, str]:
         """What the workers compute with (see `dressing_sim.numerics.numerics`)."""
-        try:
-            return self._numerics()
-        except self.deaths:  # of one death another call may be the cause
-            self.renew()
-        try:
-            return self._numerics()
-        except self.deaths as death:
-            raise DressingSimError(_NO_WORKER) from death
-
-    def _numerics(self) -> Mapping[str, str]:
-        found: Mapping[str, str] = self.submit(worker_numerics).result()
+        ((_, future),) = completed(self, worker_numerics, [("numerics", ())])
+        found: Mapping[str, str] = future.result()
         return found
 
     def renew(self) -> None:
@@ -102,11 +83,12 @@ class Processes(Workers):
         self._open()
 
     def _open(self) -> None:
+        check_may_start_processes()
         # Spawned rather than forked: OpenGL, BLAS and MuJoCo hold threads that a fork would break.
         context = multiprocessing.get_context("spawn")
         # Nobody writes to the leash. It breaks when this process closes it, or is killed.
         worker_end, self._leash = context.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(
+        self._pool = futures.ProcessPoolExecutor(
             self._count, mp_context=context, initializer=_heed, initargs=(worker_end,)
         )
 
@@ -134,12 +116,12 @@ class Processes(Workers):
             self._leash.close()
 
 
-def _heed(leash: Connection) -> None:
+def _heed(leash: connection.Connection) -> None:
     """In a worker: end it as soon as the leash breaks, whatever it is doing; nothing else does."""
     ignore_interrupt()
 
     def watch() -> None:
-        wait_for_connection([leash])
+        connection.wait([leash])
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
@@ -174,9 +156,9 @@ def completed(
                 break
         if not flying and not suspects:
             return
-        done, _ = wait_for(flying, return_when=FIRST_COMPLETED)
+        done, _ = futures.wait(flying, return_when=futures.FIRST_COMPLETED)
         if suspects or any(_died(workers, future) for future in done):
-            done, _ = wait_for(flying)
+            done, _ = futures.wait(flying)
         # In the order of the calls: if one of them is in error, those before it are told of.
         for future in [future for future in flying if future in done]:
             call = flying.pop(future)
@@ -186,17 +168,14 @@ def completed(
                 yield call[0], future
         if suspects:
             workers.renew()
-            _check_alive(workers)
+            # Workers that die whatever they do are no fault of a call.
+            if _died(workers, workers.submit(os.getpid)):
+                raise DressingSimError(
+                    "no worker can be started here; is there enough memory, and is a script's work "
+                    "under if __name__ == '__main__':?"
+                )
         for key, arguments in suspects:
             yield key, _alone(workers, function, arguments)
-
-
-def _check_alive(workers: Workers) -> None:
-    """Raise DressingSimError if workers die whatever they do, which is no fault of a call."""
-    future = workers.submit(os.getpid)
-    wait_for([future])
-    if _died(workers, future):
-        raise DressingSimError(_NO_WORKER)
 
 
 def _alone(
@@ -205,7 +184,6 @@ def _alone(
     """Try with nothing else in flight, until two deaths are known to be the call's own."""
     for _ in range(2 if workers.shared_fate else 1):
         future = workers.submit(function, *arguments)
-        wait_for([future])
         if not _died(workers, future):
             return future
         workers.renew()
@@ -215,11 +193,12 @@ def _alone(
 
 
 def _died(workers: Workers, future: Future[Any]) -> bool:
+    """Whether the worker died under a call; waits for its end."""
     try:
         found = future.exception()
-    except CancelledError as error:
+    except futures.CancelledError as error:
         found = error
-    if isinstance(found, CancelledError):
+    if isinstance(found, futures.CancelledError):
         raise DressingSimError("the work was cancelled: the scheduler is gone") from found
     return isinstance(found, workers.deaths)
 

@@ -8,6 +8,7 @@ from typing import Any
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Failure, Json, Outcome
 from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.checks import of_kind, shown, truth_value, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
 
@@ -39,6 +40,9 @@ def parse_episode(plan: Plan, values: Mapping[str, Any]) -> EpisodeResult:
         entry = plan.protocol.entries[values["index"] // len(plan.tested)]
         if (values["policy"], values["demonstrations"]) != (entry.policy, entry.demonstrations):
             raise InvalidInputError(f"episode {values['index']} is of another run")
+        whole_number(values["index"], "index")
+        whole_number(values["seed"], "seed")
+        whole_number(values["demonstration_set"], "demonstration_set")
         return EpisodeResult(
             index=values["index"],
             entry=entry,
@@ -49,12 +53,14 @@ def parse_episode(plan: Plan, values: Mapping[str, Any]) -> EpisodeResult:
             outcome=parse_outcome(values),
             extra=values.get("extra", {}),
         )
-    except (KeyError, TypeError, IndexError) as error:
-        raise InvalidInputError(f"not an episode: {values!r:.60} ({error!r})") from error
+    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
+        raise InvalidInputError(f"not an episode: {shown(values)} ({shown(error)})") from error
 
 
 def parse_outcome(values: Mapping[str, Any]) -> Outcome:
     """The outcome of a line: the inverse of `Outcome.to_dict`."""
+    truth_value(values["success"], "success")
+    of_kind(values["figures"], Mapping, "figures", "numbers by name")
     return Outcome(
         success=values["success"],
         failures=tuple(Failure(**failure) for failure in values["failures"]),

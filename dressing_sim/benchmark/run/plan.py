@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Json, Protocol
+from dressing_sim.checks import whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.demonstration import load_demonstrations
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.inputs import inputs_of
-from dressing_sim.policies.registry import learns, make_policy
+from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.policies.hosted import hosted_policy
+from dressing_sim.policies.registry import learns
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
 from dressing_sim.suites.suites import demonstration_postures, load_suite
@@ -57,6 +63,9 @@ class Plan:
         tested: Test postures.
         demonstrated: Postures to demonstrate on, by the name that entries use.
         options: What the study alone needs to know, plain values.
+        policy_limits: What other people's policies may use.
+        own: Demonstrations of the user's, a checksum by name; nobody demonstrates these.
+        own_files: Where they are, until the run has them in its folder.
     """
 
     protocol: Protocol
@@ -65,6 +74,9 @@ class Plan:
     tested: tuple[Posture, ...]
     demonstrated: Mapping[str, tuple[Posture, ...]]
     options: Mapping[str, Json] = field(default_factory=dict)
+    policy_limits: PolicyLimits = field(default_factory=PolicyLimits)
+    own: Mapping[str, str] = field(default_factory=dict)
+    own_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 
     @property
     def jobs(self) -> list[Job]:
@@ -100,21 +112,19 @@ class Plan:
                 for name, postures in self.demonstrated.items()
             },
             "options": dict(self.options),
+            "policy_limits": to_plain(self.policy_limits),
+            "own_demonstrations": dict(self.own),
             "versions": versions(),
         }
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Plan:
-        """The inverse of `to_dict`, but for the versions.
-
-        Raises:
-            InvalidInputError: A key is missing, or a value is not valid.
-        """
+        """The inverse of `to_dict`, but for the versions; damage is an InvalidInputError."""
         try:
             entries = tuple(from_plain(Entry, entry) for entry in values["protocol"]["entries"])
             return cls(
                 protocol=from_plain(Protocol, {**values["protocol"], "entries": entries}),
-                seed=int(values["seed"]),
+                seed=whole_number(values["seed"], "config of a run: seed"),
                 config=from_plain(EpisodeConfig, values["episode"]),
                 tested=tuple(map(Posture.from_dict, values["tested"])),
                 demonstrated={
@@ -122,6 +132,8 @@ class Plan:
                     for name, postures in values["demonstrated"].items()
                 },
                 options=dict(values["options"]),
+                policy_limits=from_plain(PolicyLimits, values.get("policy_limits", {})),
+                own=dict(values.get("own_demonstrations", {})),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInputError(f"config of a run: missing or damaged ({error})") from error
@@ -132,18 +144,39 @@ def make_plan(
     seed: int = 0,
     config: EpisodeConfig | None = None,
     options: Mapping[str, Json] | None = None,
+    policy_limits: PolicyLimits | None = None,
+    demonstrations: Path | None = None,
 ) -> Plan:
     """Look up everything that a protocol names, so that mistakes show before anything runs.
+
+    Args:
+        protocol: What to measure.
+        seed: See `Plan`.
+        config: World, robot and rules.
+        options: What the study alone needs to know.
+        policy_limits: What other people's policies may use.
+        demonstrations: File of demonstrations that all policies learn from, instead of the
+            protocol's.
 
     Raises:
         InvalidInputError: An unknown suite, policy or factor of variation, or no rows.
     """
+    own, own_files, known = {}, {}, {}
+    if demonstrations is not None:
+        recorded = load_demonstrations(demonstrations)
+        checksum = hashlib.sha256(demonstrations.read_bytes()).hexdigest()
+        # The same wherever the file is, and another one for other demonstrations.
+        name = f"{demonstrations.stem}@{checksum[:8]}"
+        own, own_files = {name: checksum}, {name: demonstrations}
+        known[name] = tuple(one.posture for one in recorded)
+        protocol = protocol.with_demonstrations(name)
     if not protocol.entries:
         raise InvalidInputError(f"protocol {protocol.name!r} has no rows; valid is one or more")
     entries = []
     for entry in protocol.entries:
         check_factors(entry.variation)
-        entries.append(replace(entry, inputs=inputs_of(make_policy(entry.policy))))
+        policy = hosted_policy(entry.policy, limits=policy_limits)
+        entries.append(replace(entry, inputs=inputs_of(policy)))
         if learns(entry.policy) and entry.demonstrations is None:
             raise InvalidInputError(
                 f"protocol {protocol.name!r}: policy {entry.policy!r} has nothing to learn "
@@ -156,8 +189,11 @@ def make_plan(
         seed,
         config or EpisodeConfig(),
         tuple(load_suite(protocol.suite)),
-        {name: tuple(demonstration_postures(name)) for name in suites},
+        {n: known[n] if n in known else tuple(demonstration_postures(n)) for n in suites},
         options or {},
+        policy_limits or PolicyLimits(),
+        own,
+        own_files,
     )
 
 

@@ -7,16 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 
+from rich import progress as rich_progress
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-from rich.progress import Progress as Bar
+from rich.progress import TextColumn
 
 #: Told about progress: the stage, how much of it is done, of how much, and how it goes in words.
 Progress = Callable[[str, int, int, str], None]
@@ -34,24 +27,23 @@ def show_progress(
 ) -> Iterator[Progress]:
     """Show each stage on a console; what it yields a run tells about its progress.
 
-    Args:
-        console: Where to.
-        clock: Seconds since whenever, for the lines without a terminal.
+    The clock gives seconds since whenever, for the lines without a terminal.
     """
     if not console.is_terminal:
         yield _lines(console, clock)
         return
-    columns = (
+    bar = rich_progress.Progress(
         TextColumn("{task.description:>14}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
+        rich_progress.BarColumn(),
+        rich_progress.MofNCompleteColumn(),
+        rich_progress.TimeElapsedColumn(),
         TextColumn("left"),
-        TimeRemainingColumn(),
+        rich_progress.TimeRemainingColumn(),
         TextColumn("{task.fields[note]}"),
+        console=console,
+        speed_estimate_period=_ESTIMATED_FROM,
     )
-    bar = Bar(*columns, console=console, speed_estimate_period=_ESTIMATED_FROM)
-    tasks: dict[str, TaskID] = {}
+    tasks: dict[str, rich_progress.TaskID] = {}
 
     def tell(stage: str, done: int, total: int, note: str) -> None:
         if stage not in tasks:
@@ -73,18 +65,16 @@ def _lines(console: Console, clock: Callable[[], float]) -> Progress:
 
     def tell(stage: str, done: int, total: int, note: str) -> None:
         nonlocal last
-        now = clock()
+        now, first = clock(), stage not in begun
         start, done_before = begun.setdefault(stage, (now, done))
-        first = (now, done) == (start, done_before)
-        if not (first or done == total or now - last >= INTERVAL):
-            return
-        last = now
-        left = ""
-        if done_before < done < total:
-            seconds = (now - start) / (done - done_before) * (total - done)
-            left = f"{timedelta(seconds=round(seconds))} left"
-        text = ", ".join(filter(None, [f"{done} of {total}", note, left]))
-        console.print(f"{stage}: {text}", soft_wrap=True, highlight=False)
+        if first or done == total or now - last >= INTERVAL:
+            last = now
+            left = ""
+            if done_before < done < total:
+                seconds = (now - start) / (done - done_before) * (total - done)
+                left = f"{timedelta(seconds=round(seconds))} left"
+            text = ", ".join(filter(None, [f"{done} of {total}", note, left]))
+            console.print(f"{stage}: {text}", soft_wrap=True, highlight=False)
 
     return tell
 

@@ -14,7 +14,8 @@ from dressing_sim.benchmark.run.lines import episode_values
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.record import Observer
+from dressing_sim.episode.rollout import Observer
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import numerics
 
 
@@ -54,17 +55,19 @@ def replay_episode(
 ) -> Replay:
     """Run an episode again, with a policy that learns again from the folder's demonstrations.
 
-    Args:
-        study: The one that the folder's config names.
-        folder: A run.
-        index: Of the episode.
-        observer: Called after every control step.
+    The study is the one that the folder's config names; the observer is called after every step.
 
     Raises:
         InvalidInputError: There is no such episode, or a demonstration is missing.
     """
     recorded = folder.line(index)
-    job = folder.plan.jobs[index]
+    jobs = folder.plan.jobs
+    if index >= len(jobs):
+        raise InvalidInputError(
+            f"{folder.path}: its study {folder.plan.protocol.study!r} cannot be replayed; valid "
+            "is a run of policies that dress"
+        )
+    job = jobs[index]
     result = single_threaded(study.repeat, folder, job, observer)
     again = json.loads(json.dumps(episode_values(folder.plan, result)))
     posture, config, _ = job.situation(folder.plan.config)

@@ -5,22 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Json
+from dressing_sim.benchmark.run.cache import cached_demonstration
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
 from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitting_seed
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.record import DemonstrationFailed, Observer, demonstrate, record
-from dressing_sim.episode.rules import Outcome
-from dressing_sim.errors import DressingSimError
-from dressing_sim.inputs import fit
+from dressing_sim.episode.demonstration import (
+    Demonstration,
+    load_demonstrations,
+    save_demonstrations,
+)
+from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.record import DemonstrationFailed, demonstrate, record
+from dressing_sim.episode.recording import Recording
+from dressing_sim.episode.rollout import Observer
+from dressing_sim.episode.rules import UNANSWERED
+from dressing_sim.errors import DressingSimError, PolicyError
 from dressing_sim.learning import Policy
-from dressing_sim.policies.registry import make_policy
+from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.policies.hosted import Unfit, hosted_policy
 
 T = TypeVar("T")
 
@@ -31,11 +44,19 @@ ATTEMPTS = 5
 def record_demonstration(
     plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
 ) -> Demonstration:
-    """Demonstrate until it succeeds, as a person would.
+    """Demonstrate until it succeeds, as a person would; or as it was demonstrated before.
 
     Raises:
         DressingSimError: It failed `ATTEMPTS` times.
     """
+    place = plan_seed, posture, demonstration_set, config
+    key = [plan_seed, posture.to_dict(), demonstration_set, to_plain(config)]
+    return cached_demonstration(key, partial(_record_demonstration, *place))
+
+
+def _record_demonstration(
+    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
+) -> Demonstration:
     for attempt in range(ATTEMPTS):
         seed = demonstration_seed(plan_seed, posture, demonstration_set, attempt)
         try:
@@ -53,9 +74,18 @@ def record_demonstration(
     )
 
 
-def fit_policy(name: str, seed: int, demonstrations: Sequence[Demonstration]) -> Policy:
-    """A policy that has learned."""
-    return fit(make_policy(name, seed), demonstrations)
+def fit_policy(
+    name: str,
+    seed: int,
+    demonstrations: Sequence[Demonstration],
+    limits: PolicyLimits | None = None,
+    log: Path | None = None,
+) -> Policy:
+    """A policy that has learned, or one that says in each episode why it could not."""
+    try:
+        return hosted_policy(name, seed, limits, log).fit(demonstrations)
+    except PolicyError as error:
+        return Unfit(name, str(error))
 
 
 def dress_job(
@@ -63,8 +93,23 @@ def dress_job(
 ) -> EpisodeResult:
     """Run one episode."""
     posture, varied, drawn = job.situation(config)
-    outcome = record(source, posture, job.seed, varied, observer).outcome
-    return job_result(job, posture, drawn, outcome)
+    recording = record_answer(source, posture, job.seed, varied, observer)
+    return job_result(job, posture, drawn, recording.outcome)
+
+
+def record_answer(
+    source: Policy,
+    posture: Posture,
+    seed: int,
+    config: EpisodeConfig,
+    observer: Observer | None = None,
+) -> Recording:
+    """As `record`; a policy that gives no answer has failed."""
+    try:
+        return record(source, posture, seed, config, observer)
+    except PolicyError as error:
+        outcome = Outcome(False, (UNANSWERED.unanswered(str(error)),))
+        return Recording(outcome, None, None, np.empty((0, 3)))
 
 
 def job_result(
@@ -85,7 +130,7 @@ class Work:
     """What workers are asked to do; functions of modules, as other processes must find them."""
 
     demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
-    fit: Callable[[str, int, Sequence[Demonstration]], Policy] = fit_policy
+    fit: Callable[..., Policy] = fit_policy  # as `fit_policy`
     dress: Callable[..., EpisodeResult] = dress_job  # as `dress_job`
 
 
@@ -115,7 +160,8 @@ def record_demonstrations(
         (name, number): [recorded[posture, number] for posture in suite]
         for name, suite in plan.demonstrated.items()
         for number in range(plan.protocol.demonstration_sets)
-    }
+        if name not in plan.own
+    } | {(name, 0): load_demonstrations(folder.own_file(name)) for name in plan.own}
 
 
 def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
@@ -133,7 +179,8 @@ def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
 
 def _demonstrated(plan: Plan) -> list[tuple[Posture, int]]:
     """Postures and sets; a posture that is in two suites is demonstrated once a set."""
-    postures = dict.fromkeys(posture for suite in plan.demonstrated.values() for posture in suite)
+    suites = (suite for name, suite in plan.demonstrated.items() if name not in plan.own)
+    postures = dict.fromkeys(posture for suite in suites for posture in suite)
     return [(posture, n) for n in range(plan.protocol.demonstration_sets) for posture in postures]
 
 
@@ -161,10 +208,11 @@ def learned_sources(
     for job in jobs:
         key = policy, demonstrations, number = learned_by(job)
         if demonstrations is None:
-            sources[key] = make_policy(policy)
+            sources[key] = hosted_policy(policy)
         else:
             seed = fitting_seed(folder.plan.seed, job.entry, number)
-            calls[key] = policy, seed, recorded[demonstrations, number]
+            limits = folder.plan.policy_limits
+            calls[key] = policy, seed, recorded[demonstrations, number], limits, folder.policy_log
     if calls:
         progress("policies", 0, len(calls), "")
     for done, (key, future) in enumerate(completed(workers, work.fit, calls.items()), start=1):
@@ -177,11 +225,15 @@ def learned_source(folder: RunFolder, job: Job, work: Work | None = None) -> Pol
     """What dresses in a job of a run: the operator, or the policy as it was, learned again."""
     suite, number = job.entry.demonstrations, job.demonstration_set
     if suite is None:
-        return make_policy(job.entry.policy)
-    postures = folder.plan.demonstrated[suite]
-    demonstrations = [folder.load_demonstration(posture, number) for posture in postures]
+        return hosted_policy(job.entry.policy)
+    demonstrations = (
+        load_demonstrations(folder.own_file(suite))
+        if suite in folder.plan.own
+        else [folder.load_demonstration(p, number) for p in folder.plan.demonstrated[suite]]
+    )
     seed = fitting_seed(folder.plan.seed, job.entry, number)
-    return (work or Work()).fit(job.entry.policy, seed, demonstrations)
+    limits, fit = folder.plan.policy_limits, (work or Work()).fit
+    return fit(job.entry.policy, seed, demonstrations, limits, folder.policy_log)
 
 
 def _value(future: Future[T], doing: str) -> T:

@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
+from dressing_sim.archives import check_size
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
-from dressing_sim.benchmark.run.origin import Origin, check_resumable
+from dressing_sim.benchmark.run.folder import (
+    CONFIG,  # noqa: F401 (others ask for it here)
+    DEMONSTRATIONS,
+    EPISODES,
+    POLICY_LOG,
+    REPLACED,
+    begin,
+    check_own,
+    earlier_config,
+    locked,
+    read_config,
+    remove_own_leftovers,
+    write_config,
+)
+from dressing_sim.benchmark.run.origin import Accept, Origin, check_resumable
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.episode.demonstration import Demonstration, load_demonstrations
+from dressing_sim.episode.demonstration import (
+    Demonstration,
+    load_demonstrations,
+    save_demonstrations,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import unwritable, write_text
 from dressing_sim.numerics import numerics as this_numerics
-from dressing_sim.system import lock_file
 
-CONFIG, EPISODES, SUMMARY = "config.json", "episodes.jsonl", "summary.json"
-DEMONSTRATIONS = "demonstrations"
-
-#: A file that is locked while a run goes on; the others are replaced as they are written.
-_LOCK = ".lock"
-
-#: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
-_OWN_DEMONSTRATION = re.compile(r"set\d+-.*-[0-9a-f]{8}\.h5")
+#: Largest file of episodes that is read; one of a million episodes is smaller [bytes].
+MOST_EPISODES = 4 * 2**30
 
 
 class RunFolder:
@@ -70,12 +83,21 @@ class RunFolder:
         values: dict[str, Any] = json.loads(self._lines[index])
         return values
 
+    @property
+    def policy_log(self) -> Path:
+        """Where what other people's policies print goes."""
+        return self.path.absolute() / POLICY_LOG
+
     def demonstration_file(self, posture: Posture, demonstration_set: int) -> Path:
         """Where the demonstration on a posture is kept."""
         readable = re.sub(r"[^A-Za-z0-9_.]", "_", posture.name)[:40]
         content = json.dumps(posture.to_dict()).encode()
         digest = hashlib.sha256(content).hexdigest()[:8]
         return self.path / DEMONSTRATIONS / f"set{demonstration_set}-{readable}-{digest}.h5"
+
+    def own_file(self, name: str) -> Path:
+        """Where the run keeps demonstrations of the user's."""
+        return self.path / DEMONSTRATIONS / f"own-{self.plan.own[name][:8]}.h5"
 
     def load_demonstration(self, posture: Posture, demonstration_set: int) -> Demonstration:
         """The demonstration on a posture.
@@ -96,35 +118,50 @@ class RunFolder:
 class OpenRun(RunFolder):
     """A run on disk that goes on, in this process alone; made by `open_run`."""
 
-    def __init__(self, path: Path, config: Mapping[str, Any], file: BinaryIO) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any], file: io.FileIO) -> None:
         file.seek(0)
-        super().__init__(path, config, file.read())
+        episodes = _whole_lines(file.read())
+        file.truncate(len(episodes))
+        super().__init__(path, config, episodes)
         self._file = file
 
     def append(self, values: Mapping[str, Json]) -> dict[str, Any]:
-        """Put a job's line on disk; it is there, come what may, when this returns.
-
-        Args:
-            values: What the line holds, its ``index`` first.
+        """Put a job's line, its ``index`` first, on disk; it is there when this returns.
 
         Returns:
             The values as they will be read from the file.
         """
         line = json.dumps(values)
         index, _ = next(_indexed(line.encode(), self.path / EPISODES))
+        self._check_there()
+        size = os.fstat(self._file.fileno()).st_size
+        rest = line.encode() + b"\n"
         try:
-            self._file.write(line.encode() + b"\n")
-            self._file.flush()
+            while rest:
+                rest = rest[self._file.write(rest) :]
             os.fsync(self._file.fileno())
         except OSError as error:
+            with suppress(OSError):  # else the next process drops the torn line
+                self._file.truncate(size)
             raise unwritable(self.path / EPISODES, error) from error
         self._lines[index] = line
         return self.line(index)
 
     def sort(self) -> None:
         """Order the file by index, which is the same for every number of workers."""
+        self._check_there()
         text = "".join(self._lines[index] + "\n" for index in sorted(self._lines))
         write_text(self.path / EPISODES, text)
+
+    def _check_there(self) -> None:
+        """Raise InvalidInputError if what is written would be nowhere."""
+        path = self.path / EPISODES
+        try:
+            there = os.path.samestat(os.fstat(self._file.fileno()), path.stat())
+        except OSError as error:
+            raise unwritable(path, error) from error
+        if not there:
+            raise InvalidInputError(f"{path}: cannot be written (somebody has replaced it)")
 
 
 def load_run(path: Path) -> RunFolder:
@@ -133,14 +170,17 @@ def load_run(path: Path) -> RunFolder:
     Raises:
         InvalidInputError: The folder holds no run, or a file in it is damaged.
     """
-    config = _read_config(path)
+    config = read_config(path)
     if config is None:
         raise InvalidInputError(
             f"{path}: no run here; valid is what 'dressing-sim evaluate' or 'thresholds' left"
         )
     episodes = path / EPISODES
-    content = episodes.read_bytes() if episodes.is_file() else b""
-    return RunFolder(path, config, content[: content.rfind(b"\n") + 1])
+    content = b""
+    if episodes.is_file():
+        check_size(episodes, MOST_EPISODES)
+        content = episodes.read_bytes()
+    return RunFolder(path, config, _whole_lines(content))
 
 
 @contextmanager
@@ -149,7 +189,8 @@ def open_run(
     plan: Plan,
     resume: bool = False,
     numerics: Callable[[], Mapping[str, str]] = this_numerics,
-    accept_numerics: bool = False,
+    accept: Accept | None = None,
+    force: bool = False,
 ) -> Iterator[OpenRun]:
     """Begin a run in a folder, or continue the one that is there.
 
@@ -158,82 +199,50 @@ def open_run(
         plan: What is run.
         resume: Continue, if the folder holds a run.
         numerics: Tells those of the workers (see `Workers.numerics`), or of this process.
-        accept_numerics: Continue with other numerics too; the folder then names both.
+        accept: With what else the run may go on; the folder then names both.
+        force: Begin anew whatever the folder holds; of it only files of a run's names are replaced.
 
     Raises:
-        InvalidInputError: The folder holds an unfinished run and `resume` is not set, or a run
-            with another config or other numerics, or of another study, or another process is
-            writing to it, or it cannot be written to.
+        InvalidInputError: The folder holds an unfinished run and neither `resume` nor `force` is
+            set, or files that no run wrote and `force` is not, or a run with another config or
+            other numerics, or of another study, or another process is writing to it, or it cannot
+            be written to.
     """
-    config = json.loads(json.dumps(plan.to_dict()))
-    with _locked(path):
-        earlier = _read_config(path)
-        if earlier is not None and _study(earlier) != plan.protocol.study:
-            raise InvalidInputError(
-                f"{path} holds a run of another study, {_study(earlier)!r}; choose another --out"
-            )
-        if not resume and earlier is not None and not (path / SUMMARY).exists():
-            raise InvalidInputError(
-                f"{path} holds an unfinished run; continue it with --resume, or choose another "
-                "--out"
-            )
+    if resume and force:
+        raise InvalidInputError("--resume and --force exclude each other")
+    wanted = json.loads(json.dumps(plan.to_dict()))
+    if not force:
+        check_own(path)  # before a lock is put there
+    with locked(path):
+        earlier = earlier_config(path, plan, resume, force)
+        remove_own_leftovers(path)
         origin = Origin.here(plan, numerics())
+        config = origin.into(wanted)
         if resume and earlier is not None:
-            check_resumable(path, earlier, config, origin, accept_numerics)
+            check_resumable(path, earlier, wanted, origin, accept or Accept())
+            config = earlier
+        if config is not earlier:
+            begin(path, config, plan.protocol.study, earlier is not None)
         try:
-            file = (path / EPISODES).open("a+b")
+            (path / REPLACED).unlink(missing_ok=True)
+            file = io.FileIO(path / EPISODES, "a+")
         except OSError as error:
             raise unwritable(path / EPISODES, error) from error
         with file:
-            if resume and earlier is not None:
-                yield _continued(path, file, earlier, origin)
-            else:
-                yield _begun(path, file, origin.into(config))
+            run = OpenRun(path, config, file)
+            joined = run.origin.joined(origin, len(run.finished))
+            if joined != run.origin:  # it goes on with other numerics, or other code, than it had
+                write_config(path, joined.into(config))
+                run.origin = joined
+            for name, own in plan.own_files.items():
+                if not run.own_file(name).exists():
+                    save_demonstrations(run.own_file(name), load_demonstrations(own))
+            yield run
 
 
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Keep other processes from running in a folder, which is made if it is not there.
-
-    Raises:
-        InvalidInputError: Another process is, or the folder cannot be written to.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        file = (path / _LOCK).open("ab")
-    except OSError as error:
-        raise unwritable(path, error) from error
-    with file:
-        try:
-            lock_file(file)
-        except BlockingIOError as error:
-            raise InvalidInputError(f"{path}: another process is running in it") from error
-        except OSError as error:
-            raise unwritable(path / _LOCK, error) from error
-        yield
-
-
-def _begun(path: Path, file: BinaryIO, config: Mapping[str, Any]) -> OpenRun:
-    """A run whose earlier files are gone."""
-    _clear(path, file, _study(config))
-    # Written last: where there is a config, the other files belong to it.
-    _write_config(path, config)
-    return OpenRun(path, config, file)
-
-
-def _continued(path: Path, file: BinaryIO, config: Mapping[str, Any], now: Origin) -> OpenRun:
-    """A run that goes on, perhaps with other numerics than it had."""
-    _drop_torn_line(file)
-    run = OpenRun(path, config, file)
-    if run.origin.joined(now, len(run.finished)) == run.origin:
-        return run
-    config = run.origin.joined(now, len(run.finished)).into(config)
-    _write_config(path, config)
-    return OpenRun(path, config, file)
-
-
-def _write_config(path: Path, config: Mapping[str, Any]) -> None:
-    write_text(path / CONFIG, json.dumps(config, indent=2) + "\n")
+def _whole_lines(content: bytes) -> bytes:
+    """All up to the last newline: what follows was being written when all ended."""
+    return content[: content.rfind(b"\n") + 1]
 
 
 def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
@@ -241,42 +250,7 @@ def _indexed(content: bytes, path: Path) -> Iterator[tuple[int, str]]:
     for number, line in enumerate(content.decode(errors="replace").splitlines(), start=1):
         try:
             yield int(json.loads(line)["index"]), line
-        except (json.JSONDecodeError, KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InvalidInputError(
                 f"{path}: line {number} is damaged ({line:.40}); delete it and use --resume"
             ) from error
-
-
-def _drop_torn_line(file: BinaryIO) -> None:
-    """Cut off what follows the last newline: an episode that was being written when all ended."""
-    file.seek(0)
-    file.truncate(file.read().rfind(b"\n") + 1)
-
-
-def _clear(path: Path, episodes: BinaryIO, study: str) -> None:
-    """Remove an earlier run of a study, its config first; a plot's name begins with the study's."""
-    stale = [path / name for name in (CONFIG, SUMMARY, "report.md", "report.html")]
-    stale += [plot for plot in path.glob("*.svg") if plot.name.startswith(study)]
-    stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
-    for file in stale:
-        file.unlink(missing_ok=True)
-    episodes.truncate(0)
-
-
-def _read_config(path: Path) -> dict[str, Any] | None:
-    file = path / CONFIG
-    try:
-        values = json.loads(file.read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except (OSError, ValueError) as error:
-        raise InvalidInputError(f"{file}: cannot be read ({error})") from error
-    if not isinstance(values, dict):
-        raise InvalidInputError(f"{file}: not the config of a run")
-    return values
-
-
-def _study(config: Mapping[str, Any]) -> str:
-    """The name of a run's study; nothing where the config is damaged."""
-    protocol = config.get("protocol")
-    return str(protocol.get("study", "")) if isinstance(protocol, Mapping) else ""

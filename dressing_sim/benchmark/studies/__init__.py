@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from dressing_sim.errors import InvalidInputError
@@ -12,25 +12,17 @@ if TYPE_CHECKING:
     from dressing_sim.benchmark.studies.study import Study
 
 
-def _of(place: str) -> Callable[[], object]:
-    def make() -> object:
-        module, _, name = place.partition(":")
-        made: object = getattr(import_module(module), name)()
-        return made
-
-    return make
+def _maker(place: str) -> Callable[[], object]:
+    return lambda: resolve_name(place)()
 
 
 #: What makes each study, by the name that protocols and run folders know it by.
 STUDIES: dict[str, Callable[[], object]] = {
-    name: _of(f"dressing_sim.benchmark.studies.{name}:{kind}")
-    for name, kind in (
-        ("success", "Success"),
-        ("cost", "Cost"),
-        ("thresholds", "ThresholdStudy"),
-        ("convergence", "Convergence"),
-        ("tuning", "Tuning"),
-    )
+    "success": _maker(f"{__name__}.success:Success"),
+    "cost": _maker(f"{__name__}.cost:Cost"),
+    "thresholds": _maker(f"{__name__}.thresholds:ThresholdStudy"),
+    "convergence": _maker(f"{__name__}.convergence:Convergence"),
+    "tuning": _maker(f"{__name__}.tuning:Tuning"),
 }
 
 
@@ -42,7 +34,7 @@ def find_study(name: str) -> Study[Any, Any]:
     """
     from dressing_sim.benchmark.studies.study import Study
 
-    make = STUDIES.get(name) or (_of(name) if ":" in name else None)
+    make = STUDIES.get(name) or (_maker(name) if ":" in name else None)
     try:
         study = make() if make else None
     except (ImportError, AttributeError, TypeError, ValueError) as error:

@@ -7,19 +7,22 @@ change the solver alone with those of a solver that has converged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
-from dressing_sim.benchmark.records import Json, Protocol
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.benchmark.analysis.failures import verdict
+from dressing_sim.benchmark.records import Protocol
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.run.executors import Workers
-from dressing_sim.benchmark.run.lines import parse_outcome
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.benchmark.studies.convergence_document import convergence_document
-from dressing_sim.benchmark.studies.convergence_summary import compare
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
@@ -27,30 +30,52 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     PATHS,
     Setting,
     Trial,
-    TrialJob,
     settings,
     simulate,
 )
-from dressing_sim.benchmark.studies.study import Study
+from dressing_sim.benchmark.studies.study import Calls, Study, Summary
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
 from dressing_sim.suites.suites import load_suite
+from dressing_sim.world.scene import SolverConfig
+
+#: Postures of the study, from the first of the suite.
+N_POSTURES = 15
+
+#: The least share of verdicts in which the default settings must agree with the finest.
+REQUIRED_AGREEMENT = 0.95
+
+#: How far strain and pull may be from those of a converged solver in nine of ten dressings.
+ALLOWED_SOLVER_ERROR = 0.05
+
+#: How far the median episode's strain and pull may be off the finest's, as a share of the limits.
+ALLOWED_METRIC_ERROR = 0.05
+
+#: Metrics that are compared with the finest's.
+COMPARED = ("strain", "grip_force", "armscye_s")
+
+#: Metrics that thresholds are set on.
+MARGINS = (*COMPARED, "gripper_distance", "hit_force")
 
 
 def convergence_plan(
-    suite: str = "val50", postures: int = 15, only: Sequence[str] | None = None, seed: int = 0
+    suite: str = "val50",
+    postures: int | None = None,
+    only: Sequence[str] | None = None,
+    seed: int = 0,
 ) -> Plan:
     """The plan of the study.
 
     Args:
         suite: Postures.
-        postures: How many of them, from the first.
+        postures: How many of them, from the first; if None 15, or all if there are fewer.
         only: Settings to try besides the default, the finest and a converged solver; all if None.
         seed: Of the operator's variability.
 
     Raises:
-        InvalidInputError: There is no such suite or setting.
+        InvalidInputError: There is no such suite or setting, or fewer postures.
     """
     names = [setting.name for setting in settings()]
     unknown = sorted(set(only or ()) - set(names))
@@ -58,93 +83,60 @@ def convergence_plan(
         raise InvalidInputError(
             f"unknown setting {unknown[0]!r}; valid is one of {', '.join(names)}"
         )
+    arms = load_suite(suite)
+    if postures is not None and not 1 <= postures <= len(arms):
+        raise InvalidInputError(
+            f"postures is {postures}, valid is 1 to {len(arms)}, as many as suite {suite!r} has"
+        )
     wanted = {DEFAULT, FINEST, CONVERGED, *(names if only is None else only)}
     return Plan(
         Protocol("convergence", suite, (), study="convergence"),
         seed,
         EpisodeConfig(),
-        tuple(load_suite(suite)[:postures]),
+        tuple(arms[: N_POSTURES if postures is None else postures]),
         {},
         {"settings": [name for name in names if name in wanted]},
     )
 
 
 @dataclass(frozen=True)
-class Convergence(Study[TrialJob, Trial]):
+class Convergence(Study[Trial, Trial]):
     """Every posture with every path under all settings.
 
     Attributes:
         simulate: What one job does.
     """
 
-    simulate: Callable[[TrialJob, int], Trial] = field(default=simulate)
+    simulate: Callable[..., Trial] = field(default=simulate)
 
-    def jobs(self, plan: Plan) -> Sequence[TrialJob]:
+    result = Trial
+
+    def jobs(self, plan: Plan) -> Sequence[Trial]:
         """The episodes, by setting, path and posture."""
-        places = [
-            (setting, path, posture)
-            for setting in _chosen(plan)
-            for path in PATHS
-            for posture in plan.tested
-        ]
-        return [TrialJob(index, *place) for index, place in enumerate(places)]
+        places = product(_chosen(plan), PATHS, plan.tested)
+        return [Trial(i, s.name, path, arm.name) for i, (s, path, arm) in enumerate(places)]
 
     def calls(
-        self, folder: OpenRun, jobs: Sequence[TrialJob], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., Trial], Iterable[tuple[TrialJob, tuple[Any, ...]]]]:
+        self, folder: OpenRun, jobs: Sequence[Trial], workers: Workers, progress: Progress
+    ) -> Calls[Trial, Trial]:
         """All settings of an episode after one another: their times see the same machine."""
-        n = len(PATHS) * len(folder.plan.tested)
-        order = {posture: number for number, posture in enumerate(folder.plan.tested)}
-        ordered = sorted(
-            jobs,
-            key=lambda job: (order[job.posture], PATHS.index(job.path), job.index // n),
+        plan = folder.plan
+        n = len(plan.tested)
+        configs = {setting.name: setting.config for setting in _chosen(plan)}
+        ordered = sorted(jobs, key=lambda job: (job.index % n, job.index // n % len(PATHS)))
+        return self.simulate, (
+            (job, (job, configs[job.setting], plan.tested[job.index % n], plan.seed))
+            for job in ordered
         )
-        seed = folder.plan.seed
-        arguments = ((job, (job, seed)) for job in ordered)
-        return self.simulate, arguments
-
-    def values(self, plan: Plan, result: Trial) -> dict[str, Json]:
-        """What the line of a trial holds."""
-        return {
-            "index": result.index,
-            "setting": result.setting,
-            "path": result.path,
-            "posture": result.posture,
-            **result.outcome.to_dict(),
-            "seconds": result.seconds,
-            "versions": versions(),
-        }
-
-    def parse(self, plan: Plan, values: Mapping[str, Any]) -> Trial:
-        """The trial of a line."""
-        try:
-            return Trial(
-                values["index"],
-                values["setting"],
-                values["path"],
-                values["posture"],
-                parse_outcome(values),
-                values["seconds"],
-            )
-        except (KeyError, TypeError) as error:
-            raise InvalidInputError(f"not a trial: {values!r:.60} ({error!r})") from error
 
     def summarise(self, folder: RunFolder, results: Sequence[Trial]) -> dict[str, Any]:
         """Every setting against the finest, and the default on trial."""
         plan = folder.plan
         config = {"suite": plan.protocol.suite, "postures": len(plan.tested), "seed": plan.seed}
-        return {
-            **compare(results, _chosen(plan)),
-            "versions": versions(),
-            "config": config,
-        }
+        return {**compare(results, _chosen(plan)), "versions": versions(), "config": config}
 
     def document(
-        self,
-        folder: RunFolder,
-        results: Sequence[Trial],
-        summary: Mapping[str, Any],
-        command: str,
+        self, folder: RunFolder, results: Sequence[Trial], summary: Summary, command: str
     ) -> Document:
         """A table, and the default against the finest."""
         return convergence_document(results, summary, command)
@@ -154,3 +146,130 @@ def _chosen(plan: Plan) -> list[Setting]:
     names = plan.options.get("settings")
     wanted = names if isinstance(names, list) else []
     return [setting for setting in settings(plan.config) if setting.name in wanted]
+
+
+def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any]:
+    """The table: every setting against the finest.
+
+    Args:
+        trials: All those of each setting, in the order of the study's jobs.
+        chosen: The settings of the trials; `DEFAULT`, `FINEST` and `CONVERGED` are among them.
+
+    Returns:
+        ``{"agreement", "required", "figure_error", "allowed_figure_error", "solver_error",
+        "allowed_solver_error", "passed", "rows", "differing"}``, with shares from 0 to 1. An
+        episode that is void in either counts as disagreement. Differences of metrics are medians
+        of absolute differences; ``figure_error`` is the larger of those of strain and pull as a
+        share of its limit. ``solver_error``, see `_solver_error`, is None where mesh, step or
+        contacts differ from the default's. None is what no episode tells: then nothing passes.
+    """
+    by_setting = {s.name: [t for t in trials if t.setting == s.name] for s in chosen}
+    finest, converged = by_setting[FINEST], by_setting[CONVERGED]
+    physics = {setting.name: _but_solver(setting.config) for setting in chosen}
+    cost = {name: np.median([t.seconds for t in own]) for name, own in by_setting.items()}
+    rows = {}
+    for setting in chosen:
+        name, own = setting.name, by_setting[setting.name]
+        alike = physics[name] == physics[CONVERGED]
+        rows[name] = {
+            **_against_finest(setting, own, finest),
+            "solver_error": _solver_error(own, converged) if alike else None,
+            "relative_cost": float(cost[name] / cost[DEFAULT]),
+        }
+    agreed, metric_error, solver_error = (
+        rows[DEFAULT][name] for name in ("agreement", "figure_error", "solver_error")
+    )
+    return {
+        "agreement": agreed,
+        "required": REQUIRED_AGREEMENT,
+        "figure_error": metric_error,
+        "allowed_figure_error": ALLOWED_METRIC_ERROR,
+        "solver_error": solver_error,
+        "allowed_solver_error": ALLOWED_SOLVER_ERROR,
+        "passed": agreed >= REQUIRED_AGREEMENT
+        and _at_most(metric_error, ALLOWED_METRIC_ERROR)
+        and _at_most(solver_error, ALLOWED_SOLVER_ERROR),
+        "rows": list(rows.values()),
+        "differing": [
+            _difference(a, b)
+            for name, own in by_setting.items()
+            for a, b in zip(own, finest, strict=True)
+            if name != FINEST and not agreement(a.outcome, b.outcome)
+        ],
+    }
+
+
+def _at_most(error: float | None, allowed: float) -> bool:
+    return error is not None and error <= allowed
+
+
+def _against_finest(
+    setting: Setting, own: Sequence[Trial], finest: Sequence[Trial]
+) -> dict[str, Any]:
+    """What of a row is about a setting's trials next to the finest's of the same episodes."""
+    pairs = [(a.outcome, b.outcome) for a, b in zip(own, finest, strict=True)]
+    agree = [agreement(a, b) for a, b in pairs]
+    off = np.ma.masked_invalid(np.abs(_metrics(own) - _metrics(finest)))
+    differences = np.ma.median(off, axis=0)  # masked, and None in a list, where nothing is known
+    limits = setting.config.thresholds
+    shares = (differences[:2] / (limits.strain, limits.grip_force)).tolist()
+    return {
+        "setting": setting.name,
+        "what": setting.what,
+        "n_episodes": len(own),
+        "n_success": sum(a.success for a, _ in pairs),
+        "n_void": sum(a.invalid is not None for a, _ in pairs),
+        "n_agree": sum(agree),
+        "agreement": float(np.mean(agree)),
+        "same_reasons": float(np.mean([a.reasons == b.reasons for a, b in pairs])),
+        **{f"difference_{name}": d for name, d in zip(COMPARED, differences.tolist(), strict=True)},
+        "figure_error": None if None in shares else max(shares),
+    }
+
+
+def _metrics(trials: Sequence[Trial]) -> NDArray[np.float64]:
+    """`COMPARED` of trials, shape (n, 3); NaN where not measured."""
+    return np.array([[t.outcome.metrics.get(name, np.nan) for name in COMPARED] for t in trials])
+
+
+def _but_solver(config: EpisodeConfig) -> EpisodeConfig:
+    """The config without how each step's equations are solved."""
+    names = ("solver", "iterations", "tolerance")
+    usual = {name: getattr(SolverConfig(), name) for name in names}
+    solver = replace(config.world.solver, **usual)
+    return replace(config, world=replace(config.world, solver=solver))
+
+
+def _solver_error(own: Sequence[Trial], converged: Sequence[Trial]) -> float | None:
+    """What nine of ten dressings stay within: the larger relative error of strain and pull.
+
+    Only episodes that succeed with both settings count; those of others end at a moment that is
+    decided by a limit. None if there are no such episodes.
+    """
+    pairs = zip(own, converged, strict=True)
+    both = [a.outcome.success and b.outcome.success for a, b in pairs]
+    if not any(both):
+        return None
+    errors = np.abs(_metrics(own)[both, :2] / _metrics(converged)[both, :2] - 1.0).max(axis=1)
+    return float(np.percentile(errors, 90.0))
+
+
+def agreement(one: Outcome, other: Outcome) -> bool:
+    """Whether two verdicts are the same; a void episode has none."""
+    return one.invalid is None and other.invalid is None and one.success == other.success
+
+
+def _difference(own: Trial, finest: Trial) -> dict[str, Any]:
+    margins, finest_margins = (
+        {name: t.outcome.metrics[name] for name in MARGINS if name in t.outcome.metrics}
+        for t in (own, finest)
+    )
+    return {
+        "setting": own.setting,
+        "path": own.path,
+        "posture": own.posture,
+        "verdict": verdict(own.outcome),
+        "finest": verdict(finest.outcome),
+        "margins": margins,
+        "finest_margins": finest_margins,
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,8 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.run.plan import posture_seed
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import Operator
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import DEFAULT_PATH_DT, record
-from dressing_sim.episode.rules import Outcome
 from dressing_sim.path import Path
 from dressing_sim.world.scene import grip_start
 
@@ -46,6 +46,12 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
     iterations than Newton.
     """
     base = default or EpisodeConfig()
+    solver, edge = base.world.solver, base.world.sleeve.edge
+    step = solver.timestep
+    half, double = {"timestep": step / 2}, {"timestep": 2 * step}
+    half_told, double_told = f"{500 * step:g} ms", f"{2000 * step:g} ms"
+    usual = f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {solver.tolerance:.0e}"
+    cg = {"solver": "CG", "iterations": 500}
 
     def change(name: str, what: str, solver: Mapping[str, Any], **sleeve: Any) -> Setting:
         world = replace(
@@ -55,47 +61,36 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         )
         return Setting(name, what, replace(base, world=world))
 
-    solver, edge = base.world.solver, base.world.sleeve.edge
-    step, tolerance = solver.timestep, solver.tolerance
     return (
-        change(
-            DEFAULT,
-            f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {tolerance:.0e}",
-            {},
-        ),
+        change(DEFAULT, usual, {}),
         change(
             FINEST,
-            f"edges 24 mm, {500 * step:g} ms, tolerance 1e-12",
-            {"timestep": step / 2, "tolerance": 1e-12},
+            f"edges 24 mm, {half_told}, tolerance 1e-12",
+            half | {"tolerance": 1e-12},
             edge=0.024,
         ),
         change("finer mesh", "edges 29 mm", {}, edge=0.029),
         change("fine mesh", "edges 34 mm", {}, edge=0.034),
         change("coarse mesh", "edges 48 mm", {}, edge=0.048),
-        change("half step", f"{500 * step:g} ms", {"timestep": step / 2}),
-        change("double step", f"{2000 * step:g} ms", {"timestep": 2 * step}),
-        change(
-            "coarse mesh and double step",
-            f"edges 48 mm, {2000 * step:g} ms",
-            {"timestep": 2 * step},
-            edge=0.048,
-        ),
+        change("half step", half_told, half),
+        change("double step", double_told, double),
+        change("coarse mesh and double step", f"edges 48 mm, {double_told}", double, edge=0.048),
         change("tolerance 1e-7", "of the solver", {"tolerance": 1e-7}),
         change("tolerance 1e-8", "of the solver", {"tolerance": 1e-8}),
         change(CONVERGED, "of the solver", {"tolerance": 1e-12}),
         change("20 iterations", "at most", {"iterations": 20}),
         change("3 iterations", "at most", {"iterations": 3}),
-        change("CG", "conjugate gradients, 500 iterations", {"solver": "CG", "iterations": 500}),
-        change("CG with 10 iterations", "at most", {"solver": "CG", "iterations": 10}),
+        change("CG", "conjugate gradients, 500 iterations", cg),
+        change("CG with 10 iterations", "at most", cg | {"iterations": 10}),
         change("soft contact", "impedance 0.975", {}, contact_impedance=0.975),
         change("hard contact", "impedance 0.995", {}, contact_impedance=0.995),
     )
 
 
-#: How far below or above the operator's path the two wrong ones are [m].
-_LOWER, _HIGHER = 0.06, 0.12
+#: Paths of the study, with how far each is lifted off the operator's [m]; the straight one is not.
+_LIFTS = {"expert": 0.0, "straight": 0.0, "too low": -0.06, "too high": 0.12}
 
-PATHS = ("expert", "straight", "too low", "too high")
+PATHS = tuple(_LIFTS)
 
 
 def path_of(
@@ -119,35 +114,17 @@ def path_of(
         length = float(np.linalg.norm(path[-1] - start))
         fraction = np.linspace(0.0, 1.0, max(2, round(length / 0.1 / DEFAULT_PATH_DT)))
         return start + fraction[:, None] * (path[-1] - start), DEFAULT_PATH_DT
-    shift = {"expert": 0.0, "too low": -_LOWER, "too high": _HIGHER}[kind]
     ramp = np.clip(np.linspace(0.0, 4.0, len(path)), 0.0, 1.0)
-    return path + shift * ramp[:, None] * np.array([0.0, 0.0, 1.0]), operator.config.dt
-
-
-@dataclass(frozen=True, slots=True)
-class TrialJob:
-    """An episode to be simulated.
-
-    Attributes:
-        index: Its place: by setting, path and posture.
-        setting: The simulation's.
-        path: One of `PATHS`.
-        posture: The arm.
-    """
-
-    index: int
-    setting: Setting
-    path: str
-    posture: Posture
+    return path + _LIFTS[kind] * ramp[:, None] * np.array([0.0, 0.0, 1.0]), operator.config.dt
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One simulated episode of the study.
+    """One episode of the study, to be simulated or simulated.
 
     Attributes:
-        index: Its place, as in its job.
-        setting: Name of its settings.
+        index: Its place: by setting, path and posture.
+        setting: Name of its setting.
         path: One of `PATHS`.
         posture: Name of the posture.
         outcome: The verdict.
@@ -158,17 +135,15 @@ class Trial:
     setting: str
     path: str
     posture: str
-    outcome: Outcome
-    seconds: float
+    outcome: Outcome = field(default_factory=lambda: Outcome(False))
+    seconds: float = 0.0
 
 
-def simulate(job: TrialJob, seed: int) -> Trial:
-    """Simulate one episode of the study."""
+def simulate(job: Trial, config: EpisodeConfig, posture: Posture, seed: int) -> Trial:
+    """Simulate one episode of the study; `config` is its setting's."""
     begun = time.process_time()
-    posture, config = job.posture, job.setting.config
-    # Not where the gripper has settled to: that depends, if little, on the settings.
+    # Not where the gripper has settled to: that depends, if little, on the setting.
     start = grip_start(posture, config.world.sleeve)
     path, dt = path_of(job.path, posture, start, posture_seed(seed, posture))
     outcome = record(Path(path, dt), posture, 0, config).outcome
-    seconds = time.process_time() - begun
-    return Trial(job.index, job.setting.name, job.path, posture.name, outcome, seconds)
+    return replace(job, outcome=outcome, seconds=time.process_time() - begun)

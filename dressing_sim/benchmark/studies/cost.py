@@ -7,8 +7,8 @@ reduction and number of trajectories generated", and the figure of the cost redu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -23,7 +23,7 @@ from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.runner import Work, record_demonstrations
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.benchmark.studies.cost_document import cost_document
-from dressing_sim.benchmark.studies.study import Study
+from dressing_sim.benchmark.studies.study import Calls, Study, Summary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, SyntheticDemonstration
 from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, plain_config
@@ -39,39 +39,28 @@ _RESAMPLES = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class CostJob:
-    """One run of Algorithm 1 to be made.
+class CostRun:
+    """One run of Algorithm 1, to be made or made.
 
     Attributes:
         index: Its place: all runs of the first row, then of the next.
         entry: Row of the protocol.
         run: Which of the row's runs, from 0.
-    """
-
-    index: int
-    entry: Entry
-    run: int
-
-
-@dataclass(frozen=True, slots=True)
-class CostRun:
-    """One run of Algorithm 1.
-
-    Attributes:
-        job: Which one.
         costs: Cost with 0, 1, 2, ... synthetic demonstrations accepted [m].
         tried: Candidates tried until each was accepted, 0 for the first.
         seconds: How long it took.
     """
 
-    job: CostJob
-    costs: tuple[float, ...]
-    tried: tuple[int, ...]
-    seconds: float
+    index: int
+    entry: Entry
+    run: int
+    costs: tuple[float, ...] = ()
+    tried: tuple[int, ...] = ()
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
-class Cost(Study[CostJob, CostRun]):
+class Cost(Study[CostRun, CostRun]):
     """Algorithm 1, many times on each set of demonstrations, by each of its methods.
 
     Attributes:
@@ -83,19 +72,17 @@ class Cost(Study[CostJob, CostRun]):
     config: AugmentedTPGMMConfig = field(default_factory=AugmentedTPGMMConfig)
 
     stage = "runs"
+    result = CostRun
 
-    def jobs(self, plan: Plan) -> Sequence[CostJob]:
+    def jobs(self, plan: Plan) -> Sequence[CostRun]:
         """As many runs of each row as the plan's option ``runs`` says, or `RUNS`."""
         runs = _runs(plan)
-        return [
-            CostJob(row * runs + run, entry, run)
-            for row, entry in enumerate(plan.protocol.entries)
-            for run in range(runs)
-        ]
+        places = [(entry, run) for entry in plan.protocol.entries for run in range(runs)]
+        return [CostRun(index, *place) for index, place in enumerate(places)]
 
     def calls(
-        self, folder: OpenRun, jobs: Sequence[CostJob], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., CostRun], Iterable[tuple[CostJob, tuple[Any, ...]]]]:
+        self, folder: OpenRun, jobs: Sequence[CostRun], workers: Workers, progress: Progress
+    ) -> Calls[CostRun, CostRun]:
         """Demonstrate; then each job improves a policy.
 
         Run i has the same seed, which depends on the plan's and on i, in every row.
@@ -107,50 +94,42 @@ class Cost(Study[CostJob, CostRun]):
             for (name, _), demonstrations in recorded.items()
         }
         seed = folder.plan.seed
-        arguments = (
+        return improve, (
             (job, (job, paths[_suite(job.entry)], run_seed(seed, job.run), self.config))
             for job in jobs
         )
-        return improve, arguments
 
     def values(self, plan: Plan, result: CostRun) -> dict[str, Json]:
         """What the line of a run holds."""
-        job = result.job
-        return {
-            "index": job.index,
-            "protocol": plan.protocol.name,
-            "policy": job.entry.policy,
-            "demonstrations": job.entry.demonstrations,
-            "run": job.run,
-            "costs": list(result.costs),
-            "tried": list(result.tried),
-            "seconds": result.seconds,
-            "versions": versions(),
-        }
-
-    def parse(self, plan: Plan, values: Mapping[str, Any]) -> CostRun:
-        """The run of a line."""
-        try:
-            job = self.jobs(plan)[values["index"]]
-            costs, tried = tuple(values["costs"]), tuple(values["tried"])
-            return CostRun(job, costs, tried, values["seconds"])
-        except (KeyError, TypeError, IndexError) as error:
-            raise InvalidInputError(f"not a run: {values!r:.60} ({error!r})") from error
+        line = super().values(plan, result)
+        return {"index": line["index"], "protocol": plan.protocol.name, **line}
 
     def summarise(self, folder: RunFolder, results: Sequence[CostRun]) -> dict[str, Any]:
         """Cost and discarded candidates of each row.
 
         Returns:
             ``{"rows": [...], "paper": {...}, "versions": {...}, "config": {...}}``. A row has
-            ``policy``, ``demonstrations``, ``n_runs``, ``seconds_median`` and ``steps``, one for
-            each number n of accepted demonstrations, see `summarise_runs`.
+            ``policy``, ``demonstrations``, ``n_demonstrations``, ``n_runs``, ``seconds_median``
+            and ``steps``, one for each number n of accepted demonstrations, see `summarise_runs`.
         """
         plan = folder.plan
+        rows = []
+        for entry in plan.protocol.entries:
+            runs = [run for run in results if run.entry == entry]
+            given = len(plan.demonstrated[_suite(entry)])
+            most = self.config.options.max_demonstrations - given
+            rows.append(
+                {
+                    "policy": entry.policy,
+                    "demonstrations": entry.demonstrations,
+                    "n_demonstrations": given,
+                    "n_runs": len(runs),
+                    "seconds_median": float(np.median([run.seconds for run in runs])),
+                    "steps": summarise_runs(runs, most, np.random.default_rng(plan.seed)),
+                }
+            )
         return {
-            "rows": [
-                self._row(plan, entry, [run for run in results if run.job.entry == entry])
-                for entry in plan.protocol.entries
-            ],
+            "rows": rows,
             "paper": {"cost": list(PAPER_COST), "discarded": list(PAPER_DISCARDED), "n_runs": 20},
             "versions": versions(),
             "config": {
@@ -161,24 +140,8 @@ class Cost(Study[CostJob, CostRun]):
             },
         }
 
-    def _row(self, plan: Plan, entry: Entry, runs: Sequence[CostRun]) -> dict[str, Any]:
-        given = len(plan.demonstrated[_suite(entry)])
-        most = self.config.options.max_demonstrations - given
-        return {
-            "policy": entry.policy,
-            "demonstrations": entry.demonstrations,
-            "n_demonstrations": given,
-            "n_runs": len(runs),
-            "seconds_median": float(np.median([run.seconds for run in runs])),
-            "steps": summarise_runs(runs, most, np.random.default_rng(plan.seed)),
-        }
-
     def document(
-        self,
-        folder: RunFolder,
-        results: Sequence[CostRun],
-        summary: Mapping[str, Any],
-        command: str,
+        self, folder: RunFolder, results: Sequence[CostRun], summary: Summary, command: str
     ) -> Document:
         """Tables and the plot of the cost."""
         return cost_document(summary, command)
@@ -204,7 +167,7 @@ def run_seed(seed: int, run: int) -> int:
 
 
 def improve(
-    job: CostJob,
+    job: CostRun,
     demonstrations: Sequence[DemonstrationLike],
     seed: int,
     config: AugmentedTPGMMConfig,
@@ -212,8 +175,9 @@ def improve(
     """Run Algorithm 1 once."""
     started = perf_counter()
     policy = config.with_method(AUGMENTED[job.entry.policy]).augmented(seed)
-    improved = policy.fit(config.seen(demonstrations))
-    return CostRun(job, improved.costs, improved.tried, perf_counter() - started)
+    fitted = policy.fit(config.seen(demonstrations))
+    seconds = perf_counter() - started
+    return replace(job, costs=fitted.costs, tried=fitted.tried, seconds=seconds)
 
 
 def summarise_runs(

@@ -19,8 +19,7 @@ from dressing_sim.benchmark.report.document import (
     Table,
     config_section,
 )
-
-TITLE = "Protocol paper-cost: reproduction cost after each accepted demonstration"
+from dressing_sim.benchmark.studies.columns import Column, table_of
 
 NOTES = (
     "Cost: mean DTW distance (symmetric2, normalised) of the reproductions to the expert "
@@ -36,9 +35,9 @@ _STYLES = dict(zip(("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise"), plots.STYLE
 
 
 def cost_document(summary: Mapping[str, Any], command: str) -> Document:
-    """The report; the summary is as from `dressing_sim.benchmark.studies.cost.run_paper_cost`."""
+    """The report; the summary is as from `dressing_sim.benchmark.studies.cost.Cost.summarise`."""
     return Document(
-        TITLE,
+        "Protocol paper-cost: reproduction cost after each accepted demonstration",
         command,
         (Table(cost_table(summary)),),
         (
@@ -51,53 +50,40 @@ def cost_document(summary: Mapping[str, Any], command: str) -> Document:
 
 def cost_table(summary: Mapping[str, Any]) -> Cells:
     """Cost and discarded candidates of each row, after each accepted demonstration."""
-    return [
-        ["policy", "shown", "n", "reached", "cost", "discarded", "cost of all runs", "paper"],
-        *(
-            [
-                row["policy"],
-                row["demonstrations"],
-                f"{row['n_demonstrations']} + {step['n']}",
-                f"{step['n_reached']} / {row['n_runs']}",
-                _number(step, "cost", ".4f"),
-                _number(step, "discarded", ".1f"),
-                _number(step, "cost_of_all", ".4f"),
-                _printed(summary["paper"], step["n"]),
-            ]
-            for row in summary["rows"]
-            for step in row["steps"]
-        ),
-    ]
+    columns: dict[str, Column] = {
+        "policy": "{policy}",
+        "shown": "{demonstrations}",
+        "n": "{n_demonstrations} + {n}",
+        "reached": "{n_reached} / {n_runs}",
+        "cost": _mean("cost", ".4f"),
+        "discarded": _mean("discarded", ".1f"),
+        "cost of all runs": _mean("cost_of_all", ".4f"),
+        "paper": lambda step: _printed(summary["paper"], step["n"]),
+    }
+    return table_of(columns, (row | step for row in summary["rows"] for step in row["steps"]))
 
 
-def seconds_table(summary: Mapping[str, Any]) -> Cells:
-    """How long a run takes."""
-    return [
-        ["policy", "shown", "runs", "seconds a run, median", "paper"],
-        *(
-            [
-                row["policy"],
-                row["demonstrations"],
-                str(row["n_runs"]),
-                f"{row['seconds_median']:.2f}",
-                "about 20",
-            ]
-            for row in summary["rows"]
-        ),
-    ]
-
-
-def _number(step: Mapping[str, Any], name: str, form: str) -> str:
-    if step[name] is None:
-        return "-"
-    low, high = step[f"{name}_ci95"]
-    return f"{step[name]:{form}} ({low:{form}} - {high:{form}})"
+def _mean(name: str, form: str) -> str:
+    """The format of a mean with its interval."""
+    return f"{{{name}:{form}}} ({{{name}_ci95[0]:{form}}} - {{{name}_ci95[1]:{form}}})"
 
 
 def _printed(paper: Mapping[str, Any], n: int) -> str:
     if n >= len(paper["cost"]):
         return "-"
     return f"{paper['cost'][n]:.3f} ({paper['discarded'][n]:g} discarded)"
+
+
+def seconds_table(summary: Mapping[str, Any]) -> Cells:
+    """How long a run takes."""
+    columns = {
+        "policy": "{policy}",
+        "shown": "{demonstrations}",
+        "runs": "{n_runs}",
+        "seconds a run, median": "{seconds_median:.2f}",
+        "paper": "about 20",
+    }
+    return table_of(columns, summary["rows"])
 
 
 def cost_plot(summary: Mapping[str, Any]) -> Plot:

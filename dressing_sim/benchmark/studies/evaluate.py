@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from dressing_sim.benchmark.records import EpisodeResult
@@ -19,8 +20,10 @@ from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.checks import listed, of_kind, truth_value, whole_number
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.system import processors
+from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.system import check_may_start_processes, processors
 
 if TYPE_CHECKING:
     import pandas
@@ -57,18 +60,9 @@ class EvaluationRow:
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> EvaluationRow:
         """A row of ``summary.json``."""
-        low, high = row["pc_success_ci95"]
-        return cls(
-            policy=row["policy"],
-            demonstrations=row["demonstrations"],
-            variation=tuple(row["variation"]),
-            n_episodes=row["n_episodes"],
-            n_success=row["n_success"],
-            pc_success=row["pc_success"],
-            pc_success_ci95=(low, high),
-            failures=dict(row["failures"]),
-            n_void=row["n_void"],
-        )
+        values: dict[str, Any] = {one.name: row[one.name] for one in fields(cls)}
+        lists = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
+        return cls(**{**values, **lists})
 
 
 @dataclass(frozen=True)
@@ -106,8 +100,11 @@ def evaluate(
     variation: Sequence[str] | None = None,
     seed: int = 0,
     workers: int | None = None,
+    demonstrations: str | Path | None = None,
+    policy_limits: PolicyLimits | None = None,
     out: str | Path | None = None,
     resume: bool = False,
+    force: bool = False,
     pictures: bool = False,
     progress: Progress = silent,
 ) -> Evaluation:
@@ -123,8 +120,12 @@ def evaluate(
         variation: Factors drawn anew for each episode.
         seed: Of the operator's variability, of the policies' own randomness, and of variation.
         workers: Processes, as many as processors if None; the results do not depend on it.
+        demonstrations: File of demonstrations that every policy learns from, instead of the
+            protocol's.
+        policy_limits: Time and memory that other people's policies may use.
         out: Folder for the results; a temporary one if None.
         resume: Continue the run in the folder, if there is one.
+        force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         pictures: Draw the hardest postures in the report.
         progress: Told after each demonstration, policy and episode.
 
@@ -132,19 +133,27 @@ def evaluate(
         InvalidInputError: An argument is not valid, or the protocol measures no episodes.
         DressingSimError: A demonstration failed.
     """
-    plan = evaluation_plan(protocol, suite, policies, variation, seed)
+    check_may_start_processes()
+    of_kind(out, (str, Path, NoneType), "out", "a folder or None")
+    truth_value(resume, "resume")
+    truth_value(pictures, "pictures")
+    of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "a file or None")
+    of_kind(policy_limits, (PolicyLimits, NoneType), "policy_limits", "PolicyLimits or None")
+    plan = evaluation_plan(
+        protocol, suite, policies, variation, seed, demonstrations, policy_limits
+    )
     study = evaluation_study(plan, pictures)
     if not isinstance(study, EpisodeStudy):
         raise InvalidInputError(f"protocol {protocol!r} dresses nobody; valid is one that does")
     count = processors() if workers is None else workers
-    if count < 1:
-        raise InvalidInputError(f"workers is {count}, valid is 1 or more")
+    whole_number(count, "workers", 1, 1024)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
         crew = stack.enter_context(Processes(count))
         command = f"dressing_sim.evaluate({policies!r}, {protocol=}, {suite=}, {seed=})"
+        options = {"resume": resume, "force": force}
         finished = run_study(
-            study, plan, crew, folder, resume=resume, progress=progress, command=command
+            study, plan, crew, folder, progress=progress, command=command, **options
         )
     rows = tuple(map(EvaluationRow.of, finished.summary["rows"]))
     return Evaluation(rows, tuple(finished.results), finished.summary)
@@ -156,27 +165,35 @@ def evaluation_plan(
     policies: Sequence[str | type[Policy]] | str | None,
     variation: Sequence[str] | None,
     seed: int,
+    demonstrations: str | Path | None = None,
+    policy_limits: PolicyLimits | None = None,
 ) -> Plan:
     """The plan of a protocol, with other postures, policies or variation if wanted.
 
     Raises:
         InvalidInputError: There is no such protocol, suite, policy or factor.
     """
+    of_kind(protocol, str, "protocol", "a name")
     chosen = find_protocol(protocol)
     if chosen.study == "cost" and (suite, policies, variation) != (None, None, None):
         raise InvalidInputError(
             f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
         )
     if policies is not None:
-        listed = policies.split(",") if isinstance(policies, str) else policies
-        chosen = chosen.with_policies([policy_name(policy) for policy in listed])
+        names = policies.split(",") if isinstance(policies, str) else policies
+        found = listed(names, "policies", "names or classes in a list, or separated by commas")
+        chosen = chosen.with_policies([policy_name(policy) for policy in found])
     if variation is not None:
-        chosen = chosen.with_variation(variation)
+        factors = listed(variation, "variation", "names of factors in a list")
+        for factor in factors:
+            of_kind(factor, str, "a factor of variation", "a name")
+        chosen = chosen.with_variation(factors)
     if suite is not None:
+        of_kind(suite, str, "suite", "a name, a JSON file, or random:N")
         chosen = replace(chosen, suite=suite)
-    if seed < 0:
-        raise InvalidInputError(f"seed is {seed}, valid is 0 or more")
-    return make_plan(chosen, seed)
+    whole_number(seed, "seed", 0, 2**63 - 1)
+    file = None if demonstrations is None else Path(demonstrations)
+    return make_plan(chosen, seed, policy_limits=policy_limits, demonstrations=file)
 
 
 def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:
@@ -193,6 +210,7 @@ def policy_name(policy: str | type[Policy]) -> str:
     """
     if isinstance(policy, str):
         return policy.strip()
+    of_kind(policy, type, "a policy", "a name or a class")
     module, place = policy.__module__, policy.__qualname__
     try:
         found = None if module == "__main__" else attrgetter(place)(import_module(module))

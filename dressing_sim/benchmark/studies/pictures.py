@@ -9,9 +9,10 @@ import imageio.v3 as imageio
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.analysis.failures import first_failure, hardest
-from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.benchmark.run.replay import Repeatable, Replay, replay_episode
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
+from dressing_sim.benchmark.analysis.failures import hardest
+from dressing_sim.benchmark.records import EpisodeResult, first_failure
+from dressing_sim.benchmark.run.replay import Repeatable, replay_episode
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.success_document import Pictures
 from dressing_sim.episode.dressing import Dressing
@@ -23,16 +24,10 @@ from dressing_sim.world.simulation import World
 def failure_pictures(
     study: Repeatable, folder: RunFolder, results: Sequence[EpisodeResult]
 ) -> Pictures:
-    """A failed episode of each of the hardest postures; where no OpenGL works, why none.
-
-    Args:
-        study: The run's.
-        folder: The run.
-        results: Its episodes, in the order of the protocol.
-    """
+    """A failed episode of each of the hardest postures; where no OpenGL works, why none."""
     found = {}
     try:
-        for hard in hardest(results):
+        for hard in hardest(EpisodeTable.of(results)):
             drawn = failure_picture(study, folder, hard.pictured)
             if drawn is not None:
                 found[hard.pictured.index] = drawn
@@ -55,7 +50,7 @@ def failure_picture(
         study: The run's.
         folder: The run.
         result: Which episode.
-        camera: One of `dressing_sim.pictures.rendering.CAMERAS`.
+        camera: One of `dressing_sim.pictures.CAMERAS`.
         width: Of the picture [pixels].
         height: Of the picture [pixels].
 
@@ -66,38 +61,24 @@ def failure_picture(
         DressingSimError: No OpenGL works here.
     """
     gl_backend()  # without OpenGL, say so before simulating
-    again, states = _states(study, folder, result)
-    if again.differences:
-        return None
-    with OffscreenRenderer(again.posture, again.config.world, width, height) as renderer:
-        picture = renderer.draw(states[_row(again, len(states))], camera)
-    file = BytesIO()
-    imageio.imwrite(file, picture, extension=".png")
-    return file.getvalue()
-
-
-def _states(
-    study: Repeatable, folder: RunFolder, result: EpisodeResult
-) -> tuple[Replay, list[NDArray[np.float64]]]:
-    """The episode run again, and the simulation's coordinates after each control step.
-
-    Where the robot never moved, those before the first.
-    """
     states: list[NDArray[np.float64]] = []
 
     def keep(world: World) -> None:
         states.append(world.data.qpos.copy())
 
     again = replay_episode(study, folder, result.index, keep)
-    if not states:
+    if again.differences:
+        return None
+    if not states:  # the robot never moved
         dressing = Dressing(again.posture, again.config)
         dressing.reset()
-        states.append(dressing.world.data.qpos.copy())
-    return again, states
-
-
-def _row(again: Replay, n_rows: int) -> int:
-    """Row of the control step at whose end the first thing went wrong, the last at most."""
+        keep(dressing.world)
     failure = first_failure(again.result.outcome)
     time = 0.0 if failure is None or failure.time is None else failure.time
-    return min(max(round(time / again.config.tracking.dt) - 1, 0), n_rows - 1)
+    # The control step at whose end it went wrong, the last at most.
+    row = min(max(round(time / again.config.tracking.dt) - 1, 0), len(states) - 1)
+    with OffscreenRenderer(again.posture, again.config.world, width, height) as renderer:
+        picture = renderer.draw(states[row], camera)
+    file = BytesIO()
+    imageio.imwrite(file, picture, extension=".png")
+    return file.getvalue()

@@ -27,7 +27,7 @@ _BUDGET = tuple(
     Entry(policy, f"baseline7:{n}") for policy in ("tp-gmm", "tp-gmm-rf") for n in range(2, 8)
 )
 
-#: Without and with augmentation, and the baseline: what settings and worlds are compared on.
+#: Without and with augmentation, and the baseline: what choices and worlds are compared on.
 _COMPARED = (
     *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", "tp-gmm-rf-noise")),
     Entry("tp-gmm", "baseline7"),
@@ -40,7 +40,7 @@ _ROBUST = tuple(
     for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
-#: What the paper leaves open, one change at a time, as settings after a policy's name.
+#: What the paper leaves open, one change at a time, as hyper-parameters after a policy's name.
 _CHANGES = (
     "relative_floor=true&position_floor=0.1&displacement_floor=0.1",
     "position_floor=1e-3",
@@ -53,7 +53,7 @@ _CHANGES = (
 #: Of random situations; initial policies know none.
 _AUGMENTED_CHANGES = ("situations=frames", "angle_margin_deg=0&translation_margin=0")
 
-_SETTINGS = (
+_CHANGED = (
     *_COMPARED,
     *(
         replace(entry, policy=f"{entry.policy}?{change}")
@@ -82,7 +82,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("full", "test200", _FULL, demonstration_sets=5),
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
-        Protocol("settings", "val50", _SETTINGS, demonstration_sets=5),
+        Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
     )
 }
 

@@ -9,16 +9,27 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import (
+    Any,
+    ClassVar,
+    Generic,
+    Protocol,
+    TypeAlias,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
-from dressing_sim.benchmark.analysis.episodes import Rate, count
-from dressing_sim.benchmark.records import EpisodeResult, Json, Outcome
+from dressing_sim.benchmark.analysis.episodes import count
+from dressing_sim.benchmark.records import Entry, EpisodeResult, Json, Outcome
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
-from dressing_sim.benchmark.run.lines import episode_values, parse_episode
+from dressing_sim.benchmark.run.lines import episode_values, parse_episode, parse_outcome
+from dressing_sim.benchmark.run.origin import Accept
 from dressing_sim.benchmark.run.plan import Job, Plan
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.runner import (
@@ -29,20 +40,27 @@ from dressing_sim.benchmark.run.runner import (
     learned_sources,
 )
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder, open_run
-from dressing_sim.episode.record import Observer
+from dressing_sim.config import to_plain
+from dressing_sim.episode.rollout import Observer
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.provenance import versions
 
 
 class HasIndex(Protocol):
-    """Anything with a place in a run."""
+    """Anything with a place in a run, from 0."""
 
     @property
-    def index(self) -> int:
-        """Its place, from 0."""
+    def index(self) -> int: ...
 
 
 JobT = TypeVar("JobT", bound=HasIndex)
 ResultT = TypeVar("ResultT")
+
+#: A function of a module, and its arguments for each job.
+Calls: TypeAlias = tuple[Callable[..., ResultT], Iterable[tuple[JobT, tuple[Any, ...]]]]
+
+#: What ``summary.json`` holds.
+Summary: TypeAlias = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -56,6 +74,9 @@ class Study(ABC, Generic[JobT, ResultT]):
     #: What a job is called while the run goes on.
     stage = "episodes"
 
+    #: The dataclass of a result, whose fields are what a line holds.
+    result: ClassVar[type[Any]]
+
     @abstractmethod
     def jobs(self, plan: Plan) -> Sequence[JobT]:
         """All that is to be done, by index."""
@@ -63,19 +84,11 @@ class Study(ABC, Generic[JobT, ResultT]):
     @abstractmethod
     def calls(
         self, folder: OpenRun, jobs: Sequence[JobT], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., ResultT], Iterable[tuple[JobT, tuple[Any, ...]]]]:
+    ) -> Calls[ResultT, JobT]:
         """What one job does: a function of a module, and its arguments for each of the jobs.
 
         What the jobs need beforehand, such as demonstrations, is done here.
         """
-
-    @abstractmethod
-    def values(self, plan: Plan, result: ResultT) -> dict[str, Json]:
-        """What the line of a result holds, its ``index`` first."""
-
-    @abstractmethod
-    def parse(self, plan: Plan, values: Mapping[str, Any]) -> ResultT:
-        """The result of a line."""
 
     @abstractmethod
     def summarise(self, folder: RunFolder, results: Sequence[ResultT]) -> dict[str, Any]:
@@ -83,13 +96,18 @@ class Study(ABC, Generic[JobT, ResultT]):
 
     @abstractmethod
     def document(
-        self,
-        folder: RunFolder,
-        results: Sequence[ResultT],
-        summary: Mapping[str, Any],
-        command: str,
+        self, folder: RunFolder, results: Sequence[ResultT], summary: Summary, command: str
     ) -> Document:
         """The report."""
+
+    def values(self, plan: Plan, result: ResultT) -> dict[str, Json]:
+        """What the line of a result holds, its ``index`` first."""
+        return line_of(result)
+
+    def parse(self, plan: Plan, values: Mapping[str, Any]) -> ResultT:
+        """The result of a line; an `InvalidInputError` if it is damaged."""
+        parsed: ResultT = result_of(self.result, values)
+        return parsed
 
     def lost(self, plan: Plan, job: JobT, why: str) -> ResultT:
         """The result of a job under which workers die; an error unless a study says otherwise."""
@@ -125,7 +143,7 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
 
     def calls(
         self, folder: OpenRun, jobs: Sequence[Job], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., EpisodeResult], Iterable[tuple[Job, tuple[Any, ...]]]]:
+    ) -> Calls[EpisodeResult, Job]:
         """Demonstrate and learn; then each job dresses.
 
         Posture by posture: an arm's settled world is used by all rows, and a run that is cut short
@@ -134,8 +152,9 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         plan = folder.plan
         ordered = sorted(jobs, key=lambda job: job.index % len(plan.tested))
         sources = learned_sources(folder, ordered, workers, progress, self.work)
-        arguments = ((job, (sources[learned_by(job)], job, plan.config)) for job in ordered)
-        return self.work.dress, arguments
+        return self.work.dress, (
+            (job, (sources[learned_by(job)], job, plan.config)) for job in ordered
+        )
 
     def values(self, plan: Plan, result: EpisodeResult) -> dict[str, Json]:
         """What the line of an episode holds."""
@@ -150,8 +169,10 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         return job_result(job, job.posture, {}, Outcome(False, invalid=why))
 
     def note(self, results: Sequence[EpisodeResult]) -> str:
-        """The success rate so far."""
-        return told(count(results))
+        """The success rate so far, and how many episodes are void."""
+        rate = count(results)
+        dressed = f"{rate.n_success} of {rate.n} dressed ({rate.percent:.0f} %)" if rate.n else ""
+        return ", ".join(filter(None, [dressed, f"{rate.n_void} void" if rate.n_void else ""]))
 
     def repeat(
         self, folder: RunFolder, job: Job, observer: Observer | None = None
@@ -161,10 +182,38 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         return self.work.dress(source, job, folder.plan.config, observer)
 
 
-def told(rate: Rate) -> str:
-    """A success rate in a few words; nothing where there are no episodes."""
-    dressed = f"{rate.n_success} of {rate.n} dressed ({rate.percent:.0f} %)" if rate.n else ""
-    return ", ".join(filter(None, [dressed, f"{rate.n_void} void" if rate.n_void else ""]))
+def line_of(result: Any) -> dict[str, Json]:
+    """The fields of a dataclass as a line: an entry and an outcome as in the lines of episodes."""
+    line: dict[str, Json] = {}
+    for name, value in ((one.name, getattr(result, one.name)) for one in fields(result)):
+        if isinstance(value, Entry):
+            line |= {"policy": value.policy, "demonstrations": value.demonstrations}
+        elif isinstance(value, Outcome):
+            line |= value.to_dict()
+        else:
+            line[name] = list(map(to_plain, value)) if isinstance(value, tuple) else value
+    return {**line, "versions": versions()}
+
+
+def result_of(kind: type[ResultT], line: Mapping[str, Any]) -> ResultT:
+    """The inverse of `line_of`."""
+    try:
+        values = {name: _value(name, hint, line) for name, hint in get_type_hints(kind).items()}
+        return kind(**values)
+    except (KeyError, TypeError) as error:
+        raise InvalidInputError(f"not a {kind.__name__}: {line!r:.60} ({error!r})") from error
+
+
+def _value(name: str, hint: Any, line: Mapping[str, Any]) -> Any:
+    if hint is Entry:
+        return Entry(line["policy"], line["demonstrations"])
+    if hint is Outcome:
+        return parse_outcome(line)
+    if get_origin(hint) is tuple:
+        inside = get_args(hint)[0]
+        nested = isinstance(inside, type) and is_dataclass(inside)
+        return tuple(inside(**one) if nested else one for one in line[name])
+    return line[name]
 
 
 @dataclass(frozen=True)
@@ -184,6 +233,8 @@ def run_study(
     *,
     resume: bool = False,
     accept_numerics: bool = False,
+    accept_changes: bool = False,
+    force: bool = False,
     progress: Progress = silent,
     command: str = "",
 ) -> Finished[ResultT]:
@@ -196,6 +247,8 @@ def run_study(
         out: Folder for the results; a finished run in it is replaced.
         resume: Continue the run in the folder, if there is one.
         accept_numerics: Continue it with other numerics too.
+        accept_changes: Continue it with other code too; rows with episodes of both say so.
+        force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         progress: Told after each demonstration, policy and job.
         command: What was typed, for the report.
 
@@ -203,9 +256,13 @@ def run_study(
         InvalidInputError: The folder cannot be used, or a policy's path is not valid.
         DressingSimError: A demonstration failed, or a worker died twice.
     """
-    with open_run(out, plan, resume, workers.numerics, accept_numerics) as folder:
+    accept = Accept(accept_numerics, accept_changes)
+    with open_run(out, plan, resume, workers.numerics, accept, force) as folder:
         results = run_jobs(study, folder, workers, progress)
         summary = study.summarise(folder, results)
+        for row in summary.get("rows", ()):
+            if "policy" in row and folder.origin.mixed(row["policy"]):
+                row["mixed_code"] = True
         summary["provenance"] = dict(folder.origin.provenance)
         document = study.document(folder, results, summary, command)
         write_report(out, document, summary)
@@ -215,11 +272,7 @@ def run_study(
 def run_jobs(
     study: Study[JobT, ResultT], folder: OpenRun, workers: Workers, progress: Progress = silent
 ) -> list[ResultT]:
-    """Do what is not yet on disk.
-
-    Returns:
-        One result a job, in the order of the jobs.
-    """
+    """Do what is not yet on disk; one result a job is returned, in the order of the jobs."""
     plan = folder.plan
     jobs = study.jobs(plan)
     missing = [job for job in jobs if job.index not in folder.finished]

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
-from dressing_sim.benchmark.analysis.failures import HardPosture, first_failure, hardest
-from dressing_sim.benchmark.analysis.hypotheses import next_to_paper
-from dressing_sim.benchmark.records import EpisodeResult, Protocol
+from dressing_sim.benchmark.analysis.comparisons import label_of
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
+from dressing_sim.benchmark.analysis.failures import HardPosture, hardest
+from dressing_sim.benchmark.records import EpisodeResult, Failure, Protocol, first_failure
 from dressing_sim.benchmark.report.document import (
     Block,
     Cards,
@@ -24,31 +24,18 @@ from dressing_sim.benchmark.report.document import (
     Table,
     config_section,
     percent,
+    tabulate,
 )
-from dressing_sim.benchmark.studies.success_plots import (
-    budget_plot,
-    differences_plot,
-    elbow_plot,
-    failures_plot,
-    interval,
-    rates_plot,
+from dressing_sim.benchmark.studies import success_plots as plots
+from dressing_sim.benchmark.studies import success_tables as tables
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    Change,
+    side_by_side,
 )
-from dressing_sim.benchmark.studies.success_tables import (
-    claims_table,
-    hardest_table,
-    listing,
-    pairs_table,
-    reasons_table,
-    sets_table,
-    settings_table,
-    table,
-    variation_table,
-    void_table,
-)
-from dressing_sim.episode.rules import Failure
+from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
-
-Summary = Mapping[str, Any]
 
 SUCCESS_RULE = (
     "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth was "
@@ -66,11 +53,6 @@ COMPARISONS = {
     "variation": "under variation, less without",
     "settings": "with other settings, less as chosen",
 }
-
-_SIDE_BY_SIDE = (
-    "in brackets the difference to the same policy {}, over the same postures and demonstration "
-    "sets, in percentage points, with its 95 % bootstrap interval."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,40 +86,45 @@ def success_document(
         command: What was typed to get it.
         pictures: Of the hardest postures.
     """
-    ordered = sorted(results, key=lambda result: result.index)
-    listed, cells = listing(ordered)
+    episodes = EpisodeTable.of(results)
+    listed, cells = tables.listing(episodes)
+    sections = (
+        Section("How often the arm was dressed", tuple(_rates(protocol, summary))),
+        Section(
+            "Success against the number of demonstrations",
+            tuple(filter(None, [plots.budget_plot(protocol, episodes)])),
+        ),
+        *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION)),
+        Section("The paper's claims", tuple(_claims(summary))),
+        Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
+        Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
+        Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
+        Section("The hardest postures", tuple(_hardest(folder, episodes, pictures or Pictures()))),
+        _folded("Policies that gave no answer", tables.unanswered_table(episodes)),
+        _folded("Success by demonstration set", tables.sets_table(summary)),
+        _folded("Void episodes, counted neither way", tables.void_table(episodes)),
+        Section(listed, (Table(cells),), folded=True),
+        config_section(summary),
+    )
     return Document(
         f"Protocol {protocol.name} on suite {protocol.suite}",
         command,
         tuple(_lead(protocol, summary)),
-        (
-            Section("How often the arm was dressed", tuple(_rates(protocol, summary))),
-            *_budget(protocol, ordered),
-            *_side_by_side(summary),
-            *_claims(summary),
-            *_comparisons(summary),
-            *_failures(protocol, ordered, summary),
-            Section("Success against the bend of the elbow", (elbow_plot(protocol, ordered),)),
-            *_hardest(folder, ordered, pictures or Pictures()),
-            *_folded("Success by demonstration set", sets_table(summary)),
-            *_folded("Void episodes, counted neither way", void_table(ordered)),
-            Section(listed, (Table(cells),), folded=True),
-            config_section(summary),
-        ),
+        tuple(section for section in sections if section.blocks),
     )
-
-
-def paper_table(protocol: Protocol, summary: Summary) -> Cells:
-    """The summary's rows next to the paper's; none unless the protocol, and some row, is its."""
-    cells = next_to_paper(summary["rows"])
-    return cells if protocol.name == "paper" and len(cells) > 1 else []
 
 
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield Paragraph(headline(protocol, summary))
-    yield Table(table(summary))
-    beside = paper_table(protocol, summary)
-    if beside:
+    yield Table(tables.table(summary))
+    mixed = [label_of(row) for row in summary["rows"] if row.get("mixed_code")]
+    if mixed:
+        yield Paragraph(
+            f"Made with more than one version of the code: {', '.join(mixed)}. What changed, and "
+            f"after how many episodes, stands in summary.json under provenance."
+        )
+    beside = tables.next_to_paper(summary["rows"])
+    if protocol.name == "paper" and len(beside) > 1:
         yield Table(
             beside,
             "Next to the paper's table, whose trials were made with a real robot, on postures of "
@@ -150,36 +137,36 @@ def headline(protocol: Protocol, summary: Summary) -> str:
 
     Of the rows in the nominal world, if there are any.
     """
+    labels = [entry.label for entry in protocol.entries]
     every = [
-        (entry, row)
-        for entry, row in zip(protocol.entries, summary["rows"], strict=True)
+        (label, row)
+        for label, row in zip(labels, summary["rows"], strict=True)
         if row["pc_success"] is not None
     ]
-    nominal = [(entry, row) for entry, row in every if not entry.variation]
-    rows = [(entry.label, row) for entry, row in nominal or every]
-    learned = [(name, row) for name, row in rows if row["demonstrations"] is not None]
+    rows = [(label, row) for label, row in every if not row["variation"]] or every
+    learned = [(label, row) for label, row in rows if row["demonstrations"] is not None]
     most = max((row["pc_success"] for _, row in learned), default=None)
-    best = [(name, row) for name, row in learned if row["pc_success"] == most]
+    best = [(label, row) for label, row in learned if row["pc_success"] == most]
     sentences = []
     if len(best) == 1:
-        name, row = best[0]
-        sentences.append(f"Of the policies that learned, {name} did best: {_dressed(row)}.")
+        label, row = best[0]
+        sentences.append(f"Of the policies that learned, {label} did best: {_dressed(row)}.")
     elif best:
-        *others, last = (name for name, _ in best)
+        *others, last = (label for label, _ in best)
         names = "all" if len(best) == len(learned) else f"{', '.join(others)} and {last}"
         sentences.append(
             f"Of the policies that learned, {names} did equally well: {percent(most)} dressed."
         )
     sentences += [
-        f"The {name}, who sees the whole arm, dressed {_dressed(row)}."
-        for name, row in rows
+        f"The {label}, who sees the whole arm, dressed {_dressed(row)}."
+        for label, row in rows
         if row["policy"] == EXPERT
     ]
     return " ".join(sentences) or "No episode could be judged."
 
 
-def _dressed(row: Mapping[str, Any]) -> str:
-    low, high = interval(row)
+def _dressed(row: Summary) -> str:
+    low, high = plots.interval(row)
     return (
         f"{row['n_success']} of {row['n_episodes']} arms ({percent(row['pc_success'])}, "
         f"95 % interval {low:.0f} to {high:.0f} %)"
@@ -193,113 +180,78 @@ def _rates(protocol: Protocol, summary: Summary) -> Iterator[Block]:
             f"With {protocol.demonstration_sets} demonstration sets, each posture is dressed by "
             "the policy that learned from one of them; all rows are paired by posture and set."
         )
-    yield rates_plot(summary)
+    yield plots.rates_plot(summary)
 
 
-def _budget(protocol: Protocol, results: Sequence[EpisodeResult]) -> Iterator[Section]:
-    plot = budget_plot(protocol, results)
-    if plot is not None:
-        yield Section("Success against the number of demonstrations", (plot,))
+def _change(summary: Summary, change: Change) -> Section:
+    cells = side_by_side(summary, change)
+    return Section(change.title, (Table(cells), Paragraph(change.rule)) if cells else ())
 
 
-def _side_by_side(summary: Summary) -> Iterator[Section]:
-    for title, cells, rule in (
-        (
-            "Settings of policies",
-            settings_table(summary),
-            "Success rates of policies with settings changed as each line says; "
-            + _SIDE_BY_SIDE.format("as chosen"),
-        ),
-        (
-            "Robustness",
-            variation_table(summary),
-            "Success rates where what each line says is drawn anew for each episode; "
-            + _SIDE_BY_SIDE.format("in the nominal world"),
-        ),
-    ):
-        if cells:
-            yield Section(title, (Table(cells), Paragraph(rule)))
-
-
-def _claims(summary: Summary) -> Iterator[Section]:
-    claims = summary["claims"]
-    if claims:
-        found = [claim["verdict"] for claim in claims]
+def _claims(summary: Summary) -> Iterator[Block]:
+    found = [claim["verdict"] for claim in summary["claims"]]
+    if found:
         counts = [f"{found.count(v)} {v}" for v in ("confirmed", "refuted", "undecided")]
-        rule = (
+        yield Paragraph(
             f"{', '.join(counts)}. The 95 % interval decides, not the estimate; where it does not, "
             "the claim is undecided."
         )
-        yield Section("The paper's claims", (Paragraph(rule), Table(claims_table(summary))))
+        yield Table(tabulate(summary["claims"], tables.CLAIMS))
 
 
-def _comparisons(summary: Summary) -> Iterator[Section]:
-    blocks: list[Block] = []
-    for kind, group in groupby(summary["comparisons"], key=lambda pair: pair["kind"]):
-        pairs, name = list(group), f"First {COMPARISONS.get(kind, 'less second')}"
-        plot = differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
-        blocks += [Paragraph(f"{name}:"), Table(pairs_table(pairs)), plot]
-    if blocks:
-        rule = Paragraph(
+def _comparisons(summary: Summary) -> Iterator[Block]:
+    if summary["comparisons"]:
+        yield Paragraph(
             "Difference of success rates over the same postures and demonstration sets, in "
             "percentage points, with its bootstrap interval; p of McNemar's exact test; P(better) "
             "is the probability of improvement, in which a tie counts half."
         )
-        yield Section("Pairs of rows, posture by posture", (rule, *blocks))
+    for kind, group in groupby(summary["comparisons"], key=lambda pair: pair["kind"]):
+        pairs, name = list(group), f"First {COMPARISONS.get(kind, 'less second')}"
+        yield Paragraph(f"{name}:")
+        yield Table(tabulate(pairs, tables.PAIRS))
+        yield plots.differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
 
 
-def _failures(
-    protocol: Protocol, results: Sequence[EpisodeResult], summary: Summary
-) -> Iterator[Section]:
-    blocks: list[Block] = [Paragraph("No episode failed.")]
-    if any(row["failures"] for row in summary["rows"]):
-        blocks = [
-            Paragraph(
-                "Each failed episode is counted once, by the reason that came first in time; a "
-                "sleeve that was caught counts as `stuck`, not as the limit that stopped the robot."
-            ),
-            failures_plot(protocol, results),
-            Table(reasons_table(summary), "All reasons; an episode can have several."),
-        ]
-    yield Section("What went wrong first", tuple(blocks))
-
-
-def _hardest(
-    folder: Path, results: Sequence[EpisodeResult], pictures: Pictures
-) -> Iterator[Section]:
-    found = hardest(results)
-    if not found:
+def _failures(protocol: Protocol, episodes: EpisodeTable, summary: Summary) -> Iterator[Block]:
+    if not any(row["failures"] for row in summary["rows"]):
+        yield Paragraph("No episode failed.")
         return
+    yield Paragraph(
+        "Each failed episode is counted once, by the reason that came first in time; a "
+        "sleeve that was caught counts as `stuck`, not as the limit that stopped the robot."
+    )
+    yield plots.failures_plot(protocol, episodes)
+    yield Table(tables.reasons_table(summary), "All reasons; an episode can have several.")
 
+
+def _hardest(folder: Path, episodes: EpisodeTable, pictures: Pictures) -> Iterator[Block]:
     def replay(result: EpisodeResult) -> str:
         return f"dressing-sim replay {shlex.quote(str(folder))} {result.index} --video film.mp4"
 
-    told = (
-        "with a failed episode as it was when the first thing went wrong."
-        if pictures.png
-        else f"{pictures.missing}."
-    )
-    yield Section(
-        "The hardest postures",
-        (
-            Paragraph(f"Those that the largest part of the rows failed to dress; {told}"),
-            Table(hardest_table(found, replay)),
-            Cards(tuple(_card(hard, pictures) for hard in found)),
-        ),
-    )
+    found = hardest(episodes)
+    if found:
+        told = (
+            "with a failed episode as it was when the first thing went wrong."
+            if pictures.png
+            else f"{pictures.missing}."
+        )
+        yield Paragraph(f"Those that the largest part of the rows failed to dress; {told}")
+        yield Table(tables.hardest_table(found, replay))
+        yield Cards(tuple(_card(hard, pictures) for hard in found))
 
 
 def _card(hard: HardPosture, pictures: Pictures) -> Section:
-    posture, outcome = hard.posture, hard.pictured.outcome
-    row, png = hard.pictured.entry.label, pictures.png.get(hard.pictured.index)
-    failures = tuple(map(_failure, outcome.failures))
-    first = first_failure(outcome)
+    result = hard.pictured
+    posture, row, png = result.posture, result.entry.label, pictures.png.get(result.index)
+    failures = tuple(map(_failure, result.outcome.failures))
+    first = first_failure(result.outcome)
     time = None if first is None else first.time
     moment = "at the start" if time is None else f"after {time:.1f} s"
     blocks: list[Block] = []
     if png is not None:
         alt = f"{row} dressing {posture.name}, {moment}: {'; '.join(failures)}"
-        blocks.append(Picture(f"episode{hard.pictured.index}", png, alt))
+        blocks.append(Picture(f"episode{result.index}", png, alt))
     elif pictures.png:
         blocks.append(Paragraph("No picture: this episode does not come out as it was recorded."))
     blocks += [
@@ -313,8 +265,8 @@ def _card(hard: HardPosture, pictures: Pictures) -> Section:
         Paragraph("Failed episodes:"),
         Items(
             tuple(
-                f"{result.index}: {result.entry.label}: {', '.join(result.outcome.reasons)}"
-                for result in hard.failed
+                f"{failed.index}: {failed.entry.label}: {', '.join(failed.outcome.reasons)}"
+                for failed in hard.failed
             )
         ),
     ]
@@ -327,6 +279,5 @@ def _failure(failure: Failure) -> str:
     return f"{failure.reason}{when}: {failure.detail}"
 
 
-def _folded(title: str, cells: Cells) -> Iterator[Section]:
-    if len(cells) > 1:
-        yield Section(title, (Table(cells),), folded=True)
+def _folded(title: str, cells: Cells) -> Section:
+    return Section(title, (Table(cells),) if len(cells) > 1 else (), folded=True)

@@ -19,7 +19,7 @@ _BOOTSTRAP_SEED = 0
 
 
 def summarise(
-    protocol: Protocol, results: Sequence[EpisodeResult], settings: Mapping[str, Any]
+    protocol: Protocol, results: Sequence[EpisodeResult], config: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Success rates by row, with Wilson intervals, and what they say of the paper's claims.
 
@@ -43,7 +43,7 @@ def summarise(
             "protocol": protocol.name,
             "suite": protocol.suite,
             "demonstration_sets": protocol.demonstration_sets,
-            **settings,
+            **config,
         },
     }
 

@@ -20,6 +20,7 @@ from dressing_sim.benchmark.report.document import (
     config_section,
     percent,
 )
+from dressing_sim.benchmark.studies.columns import Column, table_of
 from dressing_sim.benchmark.studies.thresholds_verdicts import TOLERATED
 
 #: Factors of which tables show success rates.
@@ -50,16 +51,12 @@ _TURNS = (
 
 
 def thresholds_document(summary: Mapping[str, Any], command: str) -> Document:
-    """The report.
-
-    Args:
-        summary: As from `dressing_sim.benchmark.studies.thresholds_summary.summarise`.
-        command: What was typed to get it.
-    """
+    """The report; the summary is as from `dressing_sim.benchmark.studies.thresholds.summarise`."""
     void = summary["n_void"]
     told = headline(summary) + (f" {void} episodes are void." if void else "")
-    meanings = [["threshold", "meaning and source"]]
-    meanings += [[one["name"], one["source"]] for one in summary["thresholds"]]
+    meanings = table_of(
+        {"threshold": "{name}", "meaning and source": "{source}"}, summary["thresholds"]
+    )
     sections = [
         Section(
             "How success depends on each threshold",
@@ -82,39 +79,37 @@ def sensitivity_table(summary: Mapping[str, Any], sources: bool = False) -> Cell
     """Success rates under each threshold, and whether their ranking turns.
 
     Args:
-        summary: As from `dressing_sim.benchmark.studies.thresholds_summary.summarise`.
+        summary: As from `dressing_sim.benchmark.studies.thresholds.summarise`.
         sources: Whether to say what each threshold means and where it comes from.
     """
-    thresholds = summary["thresholds"]
-    names = [label_of(row) for row in thresholds[0]["rows"]]
-    told = ["meaning and source"] if sources else []
-    heading = ["threshold", "value", "unit", *told, *names, "ranking turned by 20 %"]
-    return [
-        heading,
-        *(
-            [
-                threshold["name"],
-                f"{threshold['value']:g}",
-                threshold["unit"],
-                *([threshold["source"]] if sources else []),
-                *(_rates(row, summary["factors"]) for row in threshold["rows"]),
-                _ranking(threshold),
-            ]
-            for threshold in thresholds
-        ),
-    ]
+    shown = [summary["factors"].index(factor) for factor in SHOWN]
 
+    def rates(number: int) -> Column:
+        """Success rates of a row of the protocol."""
+        return lambda threshold: (
+            " / ".join(
+                percent(threshold["rows"][number]["pc_success"][place]).removesuffix(" %")
+                for place in shown
+            )
+            + " %"
+        )
 
-def _rates(row: Mapping[str, Any], factors: Sequence[float]) -> str:
-    rates = [row["pc_success"][factors.index(factor)] for factor in SHOWN]
-    return " / ".join(percent(rate).removesuffix(" %") for rate in rates) + " %"
+    columns: dict[str, Column] = {
+        "threshold": "{name}",
+        "value": "{value:g}",
+        "unit": "{unit}",
+        **({"meaning and source": "{source}"} if sources else {}),
+        **{label_of(row): rates(n) for n, row in enumerate(summary["thresholds"][0]["rows"])},
+        "ranking turned by 20 %": _ranking,
+    }
+    return table_of(columns, summary["thresholds"])
 
 
 def _ranking(threshold: Mapping[str, Any]) -> str:
     low, high = TOLERATED
-    inside = [turn for turn in threshold["turned"] if low <= turn["factor"] <= high]
     if not threshold["acceptable"]:
         return "yes"
+    inside = any(low <= turn["factor"] <= high for turn in threshold["turned"])
     return "within intervals" if inside else "no"
 
 
@@ -134,22 +129,18 @@ def headline(summary: Mapping[str, Any]) -> str:
 
 def turned_table(summary: Mapping[str, Any]) -> Cells:
     """Every turn of a ranking; the heading alone where there is none."""
-    return [
-        ["threshold", "factor", "above", "below", "before", "after", "beyond intervals"],
-        *(
-            [
-                threshold["name"],
-                f"{turn['factor']:g}",
-                label_of(turn["above"]),
-                label_of(turn["below"]),
-                _difference(turn["before"]),
-                _difference(turn["after"]),
-                "yes" if turn["beyond_intervals"] else "no",
-            ]
-            for threshold in summary["thresholds"]
-            for turn in threshold["turned"]
-        ),
-    ]
+    columns: dict[str, Column] = {
+        "threshold": "{name}",
+        "factor": "{factor:g}",
+        "above": lambda turn: label_of(turn["above"]),
+        "below": lambda turn: label_of(turn["below"]),
+        "before": lambda turn: _difference(turn["before"]),
+        "after": lambda turn: _difference(turn["after"]),
+        "beyond intervals": lambda turn: "yes" if turn["beyond_intervals"] else "no",
+    }
+    return table_of(
+        columns, (one | turn for one in summary["thresholds"] for turn in one["turned"])
+    )
 
 
 def _difference(pair: Mapping[str, Any]) -> str:

@@ -6,8 +6,9 @@ one threshold changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, replace
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.plan import Job
-from dressing_sim.benchmark.run.runner import job_result
+from dressing_sim.benchmark.run.runner import job_result, record_answer
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.record import Observer, record
+from dressing_sim.episode.judge import judge, stopped
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Thresholds, judge, stopped
+from dressing_sim.episode.rollout import Observer
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.learning import Policy
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
@@ -55,21 +57,17 @@ def scaled(rules: Thresholds, name: str, factor: float) -> Thresholds:
 
 def variants(rules: Thresholds) -> Iterator[tuple[str, float, Thresholds]]:
     """Each threshold, each factor, and the rules with this one changed."""
-    for name in NAMES:
-        for factor in FACTORS:
-            yield name, factor, scaled(rules, name, factor)
+    for name, factor in product(NAMES, FACTORS):
+        yield name, factor, scaled(rules, name, factor)
 
 
 class StrainReader:
-    """An observer of an episode that reads strain at several percentiles of the cloth's area.
+    """An observer of an episode that reads strain at several percentiles of the cloth's area [%].
 
     A trace holds strain at one percentile only.
-
-    Args:
-        percentiles: Which ones [%].
     """
 
-    def __init__(self, percentiles: Sequence[float]) -> None:
+    def __init__(self, percentiles: Iterable[float]) -> None:
         self._percentiles = tuple(dict.fromkeys(percentiles))
         self._gauge: StrainGauge | None = None
         self._rows: list[list[float]] = []
@@ -130,14 +128,14 @@ def dress_and_judge(
     """Run one episode; it carries the verdicts under every variant of the rules."""
     posture, varied, drawn = job.situation(config)
     rules = varied.thresholds
-    reader = StrainReader([variant.strain_percentile for *_, variant in variants(rules)])
+    reader = StrainReader(variant.strain_percentile for *_, variant in variants(rules))
 
     def observe(world: World) -> None:
         reader(world)
         if observer is not None:
             observer(world)
 
-    recording = record(source, posture, job.seed, varied, observe)
+    recording = record_answer(source, posture, job.seed, varied, observe)
     extra = {}
     if recording.outcome.invalid is None:
         extra = {VERDICTS: verdicts(recording, posture.shoulder, rules, reader.columns)}

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,9 @@ import tyro
 from rich.console import Console
 
 from dressing_sim.arm import Posture
-from dressing_sim.benchmark.records import Entry, Json, Protocol
+from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report.document import (
+    Cells,
     Document,
     Paragraph,
     Section,
@@ -34,14 +36,14 @@ from dressing_sim.benchmark.run.executors import Processes, Workers
 from dressing_sim.benchmark.run.plan import Plan, make_plan
 from dressing_sim.benchmark.run.progress import Progress, show_progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
-from dressing_sim.benchmark.studies.study import Study, run_study
+from dressing_sim.benchmark.studies.columns import table_of
+from dressing_sim.benchmark.studies.study import Calls, Study, Summary, run_study
 from dressing_sim.benchmark.studies.tuning_paths import (
     PathMetrics,
     operator_demonstrations,
     path_metrics,
     steady_path,
 )
-from dressing_sim.errors import InvalidInputError
 from dressing_sim.path import checked_path
 from dressing_sim.policies.paper import POLICIES
 from dressing_sim.policies.registry import make_policy
@@ -76,6 +78,8 @@ CHANGES = (
     "shrinkage=true",
 )
 
+_METRICS = tuple(one.name for one in fields(PathMetrics))
+
 
 @dataclass(frozen=True, slots=True)
 class Screening:
@@ -96,16 +100,14 @@ class Screening:
 
 def screen(job: Screening, demonstrated: Sequence[Posture], tested: Sequence[Posture]) -> Screening:
     """Let a policy learn from the operator, and compare its paths with the operator's."""
-    number = job.demonstration_set
-    policy = make_policy(job.entry.policy, number).fit(
-        operator_demonstrations(demonstrated, number)
-    )
+    name, number = job.entry.policy, job.demonstration_set
+    policy = make_policy(name, number).fit(operator_demonstrations(demonstrated, number))
     paths = []
     for posture in tested:
         expert = steady_path(posture)
-        path = checked_path(policy.generate(posture.frames(), expert[0]), job.entry.policy)
+        path = checked_path(policy.generate(posture.frames(), expert[0]), name)
         paths.append(path_metrics(path.positions, expert, posture))
-    return Screening(job.index, job.entry, number, tuple(paths))
+    return replace(job, paths=tuple(paths))
 
 
 def tuning_plan(
@@ -113,7 +115,7 @@ def tuning_plan(
 ) -> Plan:
     """The plan of the study: every row under every change."""
     marks = [f"?{change}" if change else "" for change in changes]
-    entries = [Entry(f"{row.policy}{mark}", row.demonstrations) for mark in marks for row in ROWS]
+    entries = [replace(row, policy=f"{row.policy}{mark}") for mark in marks for row in ROWS]
     protocol = Protocol("tuning", suite, tuple(entries), demonstration_sets=sets, study="tuning")
     return make_plan(protocol, seed)
 
@@ -123,45 +125,19 @@ class Tuning(Study[Screening, Screening]):
     """Per cent of a policy's paths that would dress, by hyper-parameters and row."""
 
     stage = "policies"
+    result = Screening
 
     def jobs(self, plan: Plan) -> Sequence[Screening]:
         """Each row with each demonstration set."""
-        sets = plan.protocol.demonstration_sets
-        return [
-            Screening(row * sets + number, entry, number)
-            for row, entry in enumerate(plan.protocol.entries)
-            for number in range(sets)
-        ]
+        places = product(plan.protocol.entries, range(plan.protocol.demonstration_sets))
+        return [Screening(index, *place) for index, place in enumerate(places)]
 
     def calls(
         self, folder: OpenRun, jobs: Sequence[Screening], workers: Workers, progress: Progress
-    ) -> tuple[Callable[..., Screening], Iterable[tuple[Screening, tuple[Any, ...]]]]:
+    ) -> Calls[Screening, Screening]:
         """Each job is a policy that learns and draws all its paths."""
-        plan = folder.plan
-        postures = {
-            entry: plan.demonstrated[entry.demonstrations or ""] for entry in plan.protocol.entries
-        }
-        return screen, ((job, (job, postures[job.entry], plan.tested)) for job in jobs)
-
-    def values(self, plan: Plan, result: Screening) -> dict[str, Json]:
-        """What the line of a screened policy holds."""
-        return {
-            "index": result.index,
-            "policy": result.entry.policy,
-            "demonstrations": result.entry.demonstrations,
-            "demonstration_set": result.demonstration_set,
-            "paths": [asdict(path) for path in result.paths],
-            "versions": versions(),
-        }
-
-    def parse(self, plan: Plan, values: Mapping[str, Any]) -> Screening:
-        """The screened policy of a line."""
-        try:
-            job = self.jobs(plan)[values["index"]]
-            paths = tuple(PathMetrics(**path) for path in values["paths"])
-            return Screening(job.index, job.entry, job.demonstration_set, paths)
-        except (KeyError, TypeError, IndexError) as error:
-            raise InvalidInputError(f"not a screening: {values!r:.60} ({error!r})") from error
+        shown, tested = folder.plan.demonstrated, folder.plan.tested
+        return screen, ((job, (job, shown[job.entry.demonstrations or ""], tested)) for job in jobs)
 
     def summarise(self, folder: RunFolder, results: Sequence[Screening]) -> dict[str, Any]:
         """Shares and means by row.
@@ -170,79 +146,58 @@ class Tuning(Study[Screening, Screening]):
             ``{"rows": [{"policy", "demonstrations", "pc_dresses", "pc_ends", "means"}, ...],
             "versions", "config"}``, means of `PathMetrics` in metres.
         """
-        protocol = folder.plan.protocol
-        paths = {
-            entry: [p for r in results if r.entry == entry for p in r.paths]
-            for entry in protocol.entries
-        }
-        return {
-            "rows": [
+        protocol, rows = folder.plan.protocol, []
+        for entry in protocol.entries:
+            paths = [path for result in results if result.entry == entry for path in result.paths]
+            means = {
+                name: float(np.mean([getattr(path, name) for path in paths]))
+                for name in ("dresses", "ends", *_METRICS)
+            }
+            rows.append(
                 {
                     "policy": entry.policy,
                     "demonstrations": entry.demonstrations,
-                    "pc_dresses": 100.0 * float(np.mean([path.dresses for path in own])),
-                    "pc_ends": 100.0 * float(np.mean([path.ends for path in own])),
-                    "means": {
-                        field.name: float(np.mean([getattr(path, field.name) for path in own]))
-                        for field in fields(PathMetrics)
-                    },
+                    "pc_dresses": 100.0 * means.pop("dresses"),
+                    "pc_ends": 100.0 * means.pop("ends"),
+                    "means": means,
                 }
-                for entry, own in paths.items()
-            ],
-            "versions": versions(),
-            "config": {
-                "suite": protocol.suite,
-                "demonstration_sets": protocol.demonstration_sets,
-                "seed": folder.plan.seed,
-            },
+            )
+        config = {
+            "suite": protocol.suite,
+            "demonstration_sets": protocol.demonstration_sets,
+            "seed": folder.plan.seed,
         }
+        return {"rows": rows, "versions": versions(), "config": config}
 
     def document(
-        self,
-        folder: RunFolder,
-        results: Sequence[Screening],
-        summary: Mapping[str, Any],
-        command: str,
+        self, folder: RunFolder, results: Sequence[Screening], summary: Summary, command: str
     ) -> Document:
         """A table of shares, and one of means."""
         told = Paragraph(
             "Per cent of paths that would dress, and in brackets of those that end where the "
             "operator's do; no physics, so no success rates."
         )
+        columns = {"row": "{policy} on {demonstrations}"}
+        columns |= {name: f"{{means[{name}]:.3f}}" for name in _METRICS}
+        means = Table(table_of(columns, summary["rows"]))
         return Document(
             f"Kinematic screening on suite {summary['config']['suite']}",
             command,
             (told, Table(shares_table(summary["rows"]))),
-            (
-                Section("Means [m]", (Table(means_table(summary["rows"])),), folded=True),
-                config_section(summary),
-            ),
+            (Section("Means [m]", (means,), folded=True), config_section(summary)),
         )
 
 
-def shares_table(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+def shares_table(rows: Sequence[Mapping[str, Any]]) -> Cells:
     """Shares, a line for each change and a column for each row, the first line the heading."""
-    by_change: dict[str, dict[str, str]] = {}
+    lines: dict[str, dict[str, str]] = {}
     for row in rows:
         stem, _, change = row["policy"].partition("?")
-        cell = f"{row['pc_dresses']:.0f} ({row['pc_ends']:.0f})"
-        by_change.setdefault(change, {})[f"{stem} {row['demonstrations']}"] = cell
-    names = list(dict.fromkeys(name for cells in by_change.values() for name in cells))
-    body = [
-        [f"`{change}`" if change else "as chosen", *(cells.get(name, "-") for name in names)]
-        for change, cells in by_change.items()
-    ]
+        line = lines.setdefault(f"`{change}`" if change else "as chosen", {})
+        line[f"{stem} {row['demonstrations']}"] = f"{row['pc_dresses']:.0f} ({row['pc_ends']:.0f})"
+    names = list(dict.fromkeys(name for line in lines.values() for name in line))
+    body = [[change, *(line.get(name, "-") for name in names)] for change, line in lines.items()]
     return [["hyper-parameters", *names], *body]
-
-
-def means_table(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Every metric's mean, a line for each row, the first line the heading."""
-    names = [field.name for field in fields(PathMetrics)]
-    body = [
-        [f"{row['policy']} on {row['demonstrations']}", *(f"{row['means'][n]:.3f}" for n in names)]
-        for row in rows
-    ]
-    return [["row", *names], *body]
 
 
 def main(
@@ -266,11 +221,8 @@ def main(
     plan = tuning_plan(suite, sets, changes)
     command = f"python -m dressing_sim.benchmark.studies.tuning {shlex.join(sys.argv[1:])}".strip()
     with Processes(workers or processors()) as crew, show_progress(Console(stderr=True)) as report:
-        study = Tuning()
-        finished = run_study(
-            study, plan, crew, out, resume=resume, progress=report, command=command
-        )
-    print_document(finished.document)
+        done = run_study(Tuning(), plan, crew, out, resume=resume, progress=report, command=command)
+    print_document(done.document)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """An exponential that vectorises; a call of the C library's does not, and is half of an EM step."""
 
 import numpy as np
-from numba import njit
+
+from dressing_sim.learning.kernels.compiled import compiled
 
 NEGLIGIBLE = -40.0  # exp(-40) = 4e-18 of the largest term is lost in double precision anyway
 INVERSE_LOG_2 = 1.4426950408889634
@@ -9,7 +10,7 @@ LOG_2_HIGH = 0.6931471803691238  # log 2 in two parts, the first with trailing z
 LOG_2_LOW = 1.9082149292705877e-10
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def exp_below_zero(values: np.ndarray, shift: np.ndarray, size: int) -> None:
     """exp(values - shift) in place for the first ``size``; 0 where the difference is negligible.
 

@@ -1,10 +1,11 @@
 """Small dense linear algebra, written as loops: a LAPACK call costs more than a 3 x 3 factor."""
 
 import numpy as np
-from numba import njit
+
+from dressing_sim.learning.kernels.compiled import compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def cholesky(matrix: np.ndarray, factor: np.ndarray) -> bool:
     """Lower factor L with L L^T = matrix, into ``factor``; False where it is not definite."""
     n = matrix.shape[0]
@@ -24,7 +25,7 @@ def cholesky(matrix: np.ndarray, factor: np.ndarray) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def invert_lower(factor: np.ndarray, inverse: np.ndarray) -> None:
     """Inverse of a lower triangular matrix, into ``inverse``."""
     n = factor.shape[0]
@@ -39,7 +40,7 @@ def invert_lower(factor: np.ndarray, inverse: np.ndarray) -> None:
             inverse[i, j] = total / factor[i, i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def invert_definite(matrix: np.ndarray, inverse: np.ndarray) -> float:
     """Inverse of a symmetric positive definite matrix, into ``inverse``.
 

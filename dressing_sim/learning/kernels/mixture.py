@@ -1,15 +1,15 @@
 """Expectation-maximisation for a Gaussian mixture whose responsibilities are shared by frames."""
 
 import numpy as np
-from numba import njit
 
+from dressing_sim.learning.kernels.compiled import compiled
 from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import cholesky, invert_lower
 
 BLOCK = 128  # samples worked on at a time, so that the buffers stay in the first-level cache
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def whiten(
     priors: np.ndarray, covariances: np.ndarray, whitening: np.ndarray, constants: np.ndarray
 ) -> bool:
@@ -28,7 +28,7 @@ def whiten(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def block_responsibilities(
     data: np.ndarray,
     begin: int,
@@ -85,7 +85,7 @@ def block_responsibilities(
     return log_likelihood
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def accumulate(
     data: np.ndarray,
     begin: int,
@@ -125,7 +125,7 @@ def accumulate(
                     second[k, p, i, j] += total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def maximise(
     n_samples: int,
     floor: np.ndarray,
@@ -153,7 +153,7 @@ def maximise(
                 means[k, p, i] += first[k, p, i] / mass[k]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def expectation_maximisation(
     data: np.ndarray,
     floor: np.ndarray,
@@ -199,7 +199,7 @@ def expectation_maximisation(
     return record, False, True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def responsibilities(
     data: np.ndarray, priors: np.ndarray, means: np.ndarray, covariances: np.ndarray
 ) -> tuple[np.ndarray, float]:

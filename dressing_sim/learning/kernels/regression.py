@@ -1,34 +1,45 @@
-"""Gaussian mixture regression in several frames at once, and its integration to a path."""
+"""Gaussian mixture regression in several frames at once, and its integration to a path.
+
+A ``mixture`` is a `dressing_sim.learning.gmr.Regression` of P views, K components, i inputs and o
+outputs; a ``memory`` is what `memory_of` sets aside for it.
+"""
+
+from typing import Any
 
 import numpy as np
-from numba import njit
 
+from dressing_sim.learning.kernels.compiled import compiled
 from dressing_sim.learning.kernels.linalg import invert_definite
 
 
-@njit(cache=True, error_model="numpy")
-def log_densities(
-    query: np.ndarray,
-    log_weights: np.ndarray,
-    input_means: np.ndarray,
-    precisions: np.ndarray,
-    shared: bool,
-    logs: np.ndarray,
-) -> None:
+@compiled
+def memory_of(mixture: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Working memory: logs (P, K), components' means (K, o), moments (3, o, o), vectors (2, o)."""
+    n_frames, n_components, n_outputs = mixture.output_means.shape
+    return (
+        np.empty((n_frames, n_components)),
+        np.empty((n_components, n_outputs)),
+        np.empty((3, n_outputs, n_outputs)),
+        np.empty((2, n_outputs)),
+    )
+
+
+@compiled
+def log_densities(query: np.ndarray, mixture: Any, logs: np.ndarray) -> None:
     """log(pi_k N(query | input marginal of k)) of each frame into ``logs`` (P, K)."""
-    n_frames, n_components, n_inputs = input_means.shape
+    n_frames, n_components, n_inputs = mixture.input_means.shape
     for p in range(n_frames):
         for k in range(n_components):
-            mean = input_means[p, k]
-            precision = precisions[p, k]
+            mean = mixture.input_means[p, k]
+            precision = mixture.precisions[p, k]
             distance = 0.0
             for i in range(n_inputs):
                 row = 0.0
                 for j in range(n_inputs):
                     row += precision[i, j] * (query[j] - mean[j])
                 distance += row * (query[i] - mean[i])
-            logs[p, k] = log_weights[p, k] - 0.5 * distance
-    if shared:
+            logs[p, k] = mixture.log_weights[p, k] - 0.5 * distance
+    if mixture.shared:
         for k in range(n_components):
             total = 0.0
             for p in range(n_frames):
@@ -37,61 +48,63 @@ def log_densities(
                 logs[p, k] = total
 
 
-@njit(cache=True, error_model="numpy")
-def condition(
+@compiled
+def condition_view(
+    p: int,
     query: np.ndarray,
-    log_weights: np.ndarray,
-    input_means: np.ndarray,
-    precisions: np.ndarray,
-    output_means: np.ndarray,
-    gains: np.ndarray,
-    residuals: np.ndarray,
-    ridge: np.ndarray,
-    shared: bool,
-    logs: np.ndarray,
+    mixture: Any,
+    weights: np.ndarray,
     component: np.ndarray,
-    moments: np.ndarray,
-    mean: np.ndarray,
-    covariance: np.ndarray,
+    centre: np.ndarray,
+    local: np.ndarray,
 ) -> None:
-    """Conditional mean and covariance of the output given ``query``, fused over the frames.
+    """Conditional mean into ``centre`` (o,) and covariance into ``local`` (o, o) of view ``p``.
 
-    Both are NaN where a frame's conditional covariance is not definite.
-
-    ``logs`` (P, K), ``component`` (K, o) and ``moments`` (4, o, o) are working memory.
+    ``weights`` (K,) holds the logarithms of the responsibilities, up to a constant, and is changed.
     """
-    n_frames, n_components, n_inputs = input_means.shape
-    n_outputs = output_means.shape[2]
-    local, inverse, precision = moments[0], moments[1], moments[2]
-    centre, weighted = moments[3, 0], np.zeros(n_outputs)
-    precision[:] = 0.0
-    log_densities(query, log_weights, input_means, precisions, shared, logs)
-    for p in range(n_frames):
-        largest = logs[p].max()
-        total = 0.0
-        for k in range(n_components):
-            logs[p, k] = np.exp(logs[p, k] - largest)
-            total += logs[p, k]
+    n_components, n_outputs = component.shape
+    largest = weights.max()
+    total = 0.0
+    for k in range(n_components):
+        weights[k] = np.exp(weights[k] - largest)
+        total += weights[k]
+    centre[:] = 0.0
+    for k in range(n_components):
+        weights[k] = weights[k] / total
         for o in range(n_outputs):
-            centre[o] = 0.0
-        for k in range(n_components):
-            weight = logs[p, k] / total
-            for o in range(n_outputs):
-                value = output_means[p, k, o]
-                for i in range(n_inputs):
-                    value += gains[p, k, o, i] * (query[i] - input_means[p, k, i])
-                component[k, o] = value
-                centre[o] += weight * value
-        local[:] = ridge[p]
-        for k in range(n_components):
-            weight = logs[p, k] / total
-            for o in range(n_outputs):
-                for q in range(o + 1):
-                    spread = (component[k, o] - centre[o]) * (component[k, q] - centre[q])
-                    value = weight * (residuals[p, k, o, q] + spread)
-                    local[o, q] += value
-                    if q != o:
-                        local[q, o] += value
+            value = mixture.output_means[p, k, o]
+            for i in range(len(query)):
+                value += mixture.gains[p, k, o, i] * (query[i] - mixture.input_means[p, k, i])
+            component[k, o] = value
+            centre[o] += weights[k] * value
+    local[:] = mixture.ridge[p]
+    for k in range(n_components):
+        for o in range(n_outputs):
+            for q in range(o + 1):
+                spread = (component[k, o] - centre[o]) * (component[k, q] - centre[q])
+                value = weights[k] * (mixture.residuals[p, k, o, q] + spread)
+                local[o, q] += value
+                if q != o:
+                    local[q, o] += value
+
+
+@compiled
+def condition(
+    query: np.ndarray, mixture: Any, memory: Any, mean: np.ndarray, covariance: np.ndarray
+) -> None:
+    """Conditional mean (o,) and covariance (o, o) of the output given ``query``, fused over views.
+
+    Both are NaN where a view's conditional covariance is not definite.
+    """
+    logs, component, moments, vectors = memory
+    local, inverse, precision = moments[0], moments[1], moments[2]
+    centre, weighted = vectors[0], vectors[1]
+    n_frames, n_outputs = len(logs), len(centre)
+    precision[:] = 0.0
+    weighted[:] = 0.0
+    log_densities(query, mixture, logs)
+    for p in range(n_frames):
+        condition_view(p, query, mixture, logs[p], component, centre, local)
         if n_frames == 1:
             mean[:] = centre
             covariance[:] = local
@@ -115,56 +128,22 @@ def condition(
         mean[o] = value
 
 
-@njit(cache=True, error_model="numpy")
-def regress(
-    queries: np.ndarray,
-    log_weights: np.ndarray,
-    input_means: np.ndarray,
-    precisions: np.ndarray,
-    output_means: np.ndarray,
-    gains: np.ndarray,
-    residuals: np.ndarray,
-    ridge: np.ndarray,
-    shared: bool,
-) -> tuple[np.ndarray, np.ndarray]:
+@compiled
+def regress(queries: np.ndarray, mixture: Any) -> tuple[np.ndarray, np.ndarray]:
     """Means (T, o) and covariances (T, o, o) for queries (T, i)."""
-    n_frames, n_components, n_outputs = output_means.shape
-    logs = np.empty((n_frames, n_components))
-    component = np.empty((n_components, n_outputs))
-    moments = np.empty((4, n_outputs, n_outputs))
+    n_outputs = mixture.output_means.shape[2]
+    memory = memory_of(mixture)
     means = np.empty((len(queries), n_outputs))
     covariances = np.empty((len(queries), n_outputs, n_outputs))
     for t in range(len(queries)):
-        condition(
-            queries[t],
-            log_weights,
-            input_means,
-            precisions,
-            output_means,
-            gains,
-            residuals,
-            ridge,
-            shared,
-            logs,
-            component,
-            moments,
-            means[t],
-            covariances[t],
-        )
+        condition(queries[t], mixture, memory, means[t], covariances[t])
     return means, covariances
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def integrate(
     start: np.ndarray,
-    log_weights: np.ndarray,
-    input_means: np.ndarray,
-    precisions: np.ndarray,
-    output_means: np.ndarray,
-    gains: np.ndarray,
-    residuals: np.ndarray,
-    ridge: np.ndarray,
-    shared: bool,
+    mixture: Any,
     max_steps: int,
     min_steps: int,
     longest_step: float,
@@ -179,32 +158,15 @@ def integrate(
     ``end_radius`` of it, or after ``rest_count`` steps in a row shorter than ``rest_step``; else
     after ``max_steps``.
     """
-    n_frames, n_components, n_outputs = output_means.shape
-    logs = np.empty((n_frames, n_components))
-    component = np.empty((n_components, n_outputs))
-    moments = np.empty((4, n_outputs, n_outputs))
+    n_outputs = len(start)
+    memory = memory_of(mixture)
     step = np.empty(n_outputs)
     covariance = np.empty((n_outputs, n_outputs))
     path = np.empty((max_steps + 1, n_outputs))
     path[0] = start
     quiet = 0
     for t in range(max_steps):
-        condition(
-            path[t],
-            log_weights,
-            input_means,
-            precisions,
-            output_means,
-            gains,
-            residuals,
-            ridge,
-            shared,
-            logs,
-            component,
-            moments,
-            step,
-            covariance,
-        )
+        condition(path[t], mixture, memory, step, covariance)
         length = 0.0
         distance = 0.0
         away = 0.0

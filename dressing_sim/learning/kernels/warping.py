@@ -5,10 +5,11 @@ out by antidiagonals, in loops that vectorise: ``cost[i + j, i]`` holds g(i, j).
 """
 
 import numpy as np
-from numba import njit
+
+from dressing_sim.learning.kernels.compiled import compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def accumulate_diagonal(
     s: int,
     rows: np.ndarray,
@@ -54,7 +55,7 @@ def accumulate_diagonal(
         current[end + 1] = np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def total_cost(rows: np.ndarray, columns: np.ndarray) -> float:
     """g(N - 1, M - 1) of paths (p, N) and, backwards, (p, M); three diagonals are kept."""
     n_rows, n_columns = rows.shape[1], columns.shape[1]
@@ -68,7 +69,7 @@ def total_cost(rows: np.ndarray, columns: np.ndarray) -> float:
     return costs[(n_diagonals - 1) % 3, n_rows]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def warp(rows: np.ndarray, columns: np.ndarray) -> tuple[float, np.ndarray]:
     """g(N - 1, M - 1), and the path (L, 2) of index pairs from (0, 0) to (N - 1, M - 1)."""
     n_rows, n_columns = rows.shape[1], columns.shape[1]

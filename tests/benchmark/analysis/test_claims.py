@@ -16,7 +16,7 @@ from dressing_sim.benchmark.analysis.hypotheses import (
     PAPER_TABLE,
 )
 from dressing_sim.benchmark.records import Entry
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 SUCCESS, FAILED = Outcome(True), Outcome(False, (Failure("hit", "the hand", 1.0, 0.2),))
 STUCK = Outcome(False, (Failure("stuck", "stayed at the elbow", 9.0, 1.0, "elbow"),))

@@ -8,7 +8,7 @@ import pytest
 from dressing_sim.benchmark.analysis.comparisons import comparisons
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Entry
-from dressing_sim.episode.rules import Outcome
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 
 

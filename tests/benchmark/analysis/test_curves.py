@@ -12,13 +12,8 @@ from fake_results import (
     results_of,
 )
 
-from dressing_sim.benchmark.analysis.curves import (
-    Point,
-    budget_curves,
-    elbow_bins,
-    elbow_points,
-)
-from dressing_sim.benchmark.analysis.statistics import wilson_interval
+from dressing_sim.benchmark.analysis.curves import budget_curves, elbow_bins, elbow_curve
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Entry, Protocol
 
 
@@ -31,32 +26,26 @@ def valid_of(results, entry):
     return [r for r in results if r.entry == entry and r.outcome.invalid is None]
 
 
-def test_a_point_has_its_rate_and_wilson_interval_in_per_cent():
-    point = Point(3.0, 4, 5)
-    assert point.rate == 80.0
-    assert point.interval == tuple(100 * bound for bound in wilson_interval(4, 5))
-
-
 def test_every_valid_episode_is_in_one_bin_of_its_row(results):
-    bins = elbow_bins(results)
+    bins = elbow_bins(EpisodeTable.of(results))
     for entry in FULL.entries:
         valid = valid_of(results, entry)
-        points = elbow_points([r for r in results if r.entry == entry], bins)
-        assert sum(point.trials for point in points) == len(valid)
-        assert sum(p.successes for p in points) == sum(r.outcome.success for r in valid)
+        curve = elbow_curve(EpisodeTable.of(results).of_entry(entry), bins)
+        assert sum(rate.n for _, rate in curve) == len(valid)
+        assert sum(rate.n_success for _, rate in curve) == sum(r.outcome.success for r in valid)
 
 
 def test_a_bin_counts_what_lies_between_its_edges(results):
-    edges = np.array(elbow_bins(results))
+    edges = np.array(elbow_bins(EpisodeTable.of(results)))
     valid = valid_of(results, FULL.entries[3])
-    points = elbow_points(valid, list(edges))
+    curve = elbow_curve(EpisodeTable.of(valid), list(edges))
     counts, _ = np.histogram([r.posture.elbow_deg for r in valid], edges)
-    assert [point.trials for point in points] == [n for n in counts if n]
-    assert all(np.diff(np.searchsorted(edges, [point.x for point in points])) >= 1)
+    assert [rate.n for _, rate in curve] == [n for n in counts if n]
+    assert all(np.diff(np.searchsorted(edges, [x for x, _ in curve])) >= 1)
 
 
 def test_bins_are_few_even_and_hold_all_flexions(results):
-    bins = elbow_bins(results)
+    bins = elbow_bins(EpisodeTable.of(results))
     bends = [r.posture.elbow_deg for r in results]
     assert bins[0] <= min(bends)
     assert max(bends) <= bins[-1]
@@ -67,27 +56,27 @@ def test_bins_are_few_even_and_hold_all_flexions(results):
 def test_a_flexion_on_the_last_edge_is_in_the_last_bin():
     protocol = Protocol("p", "s", (EXPERT,))
     results = results_of(protocol, [[SUCCESS] * 7])  # bends of 0, 10, ..., 60 degrees
-    bins = elbow_bins(results)
+    bins = elbow_bins(EpisodeTable.of(results))
     assert bins[-1] == 60
-    assert elbow_points(results, bins)[-1].trials == 2
+    assert elbow_curve(EpisodeTable.of(results), bins)[-1][1].n == 2
 
 
 def test_without_valid_episodes_there_is_a_bin_and_no_point():
     results = results_of(Protocol("p", "s", (EXPERT,)), [[VOID, VOID]])
-    bins = elbow_bins(results)
+    bins = elbow_bins(EpisodeTable.of(results))
     assert bins[0] < bins[-1]
-    assert elbow_points(results, bins) == []
+    assert elbow_curve(EpisodeTable.of(results), bins) == []
 
 
 def test_a_budget_has_a_curve_for_each_policy_from_few_to_many():
     results = random_results(BUDGET, 20)
-    curves = budget_curves(BUDGET, results)
+    curves = budget_curves(BUDGET, EpisodeTable.of(results))
     assert [entry.policy for entry, _ in curves] == ["tp-gmm", "tp-gmm-rf"]
-    for _, points in curves:
-        assert [point.x for point in points] == [2, 4, 7]
+    for _, curve in curves:
+        assert [x for x, _ in curve] == [2, 4, 7]
     fewest = valid_of(results, Entry("tp-gmm", "baseline7:2"))
-    assert curves[0][1][0].trials == len(fewest)
-    assert curves[0][1][0].successes == sum(r.outcome.success for r in fewest)
+    assert curves[0][1][0][1].n == len(fewest)
+    assert curves[0][1][0][1].n_success == sum(r.outcome.success for r in fewest)
 
 
 @pytest.mark.parametrize(
@@ -95,9 +84,11 @@ def test_a_budget_has_a_curve_for_each_policy_from_few_to_many():
 )
 def test_other_demonstrations_have_no_budget(shown):
     protocol = Protocol("p", "s", tuple(Entry("tp-gmm", name) for name in shown))
-    assert budget_curves(protocol, results_of(protocol, [[SUCCESS], [HIT]])) == []
+    results = results_of(protocol, [[SUCCESS], [HIT]])
+    assert budget_curves(protocol, EpisodeTable.of(results)) == []
 
 
 def test_one_number_of_demonstrations_is_no_curve():
     protocol = Protocol("p", "s", (Entry("tp-gmm", "baseline7:3"),))
-    assert budget_curves(protocol, results_of(protocol, [[UNREACHABLE]])) == []
+    results = results_of(protocol, [[UNREACHABLE]])
+    assert budget_curves(protocol, EpisodeTable.of(results)) == []

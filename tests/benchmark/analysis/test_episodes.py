@@ -23,13 +23,10 @@ def test_no_episodes_have_no_rate():
 def test_columns_come_in_the_order_of_the_protocol_whatever_the_results():
     results = random_results(FULL, 12)
     table, again = EpisodeTable.of(results[::-1]), EpisodeTable.of(results)
-    np.testing.assert_array_equal(table.index, np.arange(len(results)))
-    assert table.entries == again.entries == tuple(r.entry for r in results)
+    assert table.results == again.results == tuple(results)
     assert table.successes == again.successes
-    for name, column in table.metrics.items():
-        np.testing.assert_array_equal(
-            column, [r.outcome.metrics.get(name, np.nan) for r in results]
-        )
+    np.testing.assert_array_equal(table.elbow_deg, [r.posture.elbow_deg for r in results])
+    np.testing.assert_array_equal(table.valid, [r.outcome.invalid is None for r in results])
 
 
 def test_rows_and_masks_partition_the_episodes():
@@ -39,7 +36,7 @@ def test_rows_and_masks_partition_the_episodes():
     for entry in FULL.entries:
         own = [result for result in results if result.entry == entry]
         assert table.of_entry(entry).rate == count(own)
-        assert table.rows[entry] == table.where([e == entry for e in table.entries]).row
+        assert table.rows[entry] == table.where([r.entry == entry for r in table.results]).row
     sets = [table.where(table.sets == number).rate for number in range(5)]
     assert sum(rate.n_success for rate in sets) == table.rate.n_success
     assert sum(rate.n_void for rate in sets) == table.rate.n_void > 0
@@ -56,5 +53,5 @@ def test_other_verdicts_leave_all_else_as_it_is():
     judged = table.judged([None, True, True, False, True, False])
     assert judged.successes == [None, True, True, False, True, False]
     assert (judged.rate.n_success, judged.rate.n_void) == (3, 1)
-    assert judged.failures == table.failures
+    assert judged.results == table.results
     assert table.rate == Rate(2, 5, 1)

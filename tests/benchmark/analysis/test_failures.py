@@ -1,12 +1,9 @@
 from fake_results import EXPERT, FULL, HIT, SMALL, STUCK, SUCCESS, VOID, random_results, results_of
 
-from dressing_sim.benchmark.analysis.failures import (
-    first_failure,
-    first_reasons,
-    hardest,
-    verdict,
-)
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
+from dressing_sim.benchmark.analysis.failures import hardest, verdict
+from dressing_sim.benchmark.records import first_failure
+from dressing_sim.episode.outcome import Failure, Outcome
 
 
 def test_each_failed_episode_has_one_first_reason():
@@ -14,14 +11,14 @@ def test_each_failed_episode_has_one_first_reason():
     for entry in FULL.entries:
         inside = [r for r in results if r.entry == entry]
         failed = [r for r in inside if r.outcome.invalid is None and not r.outcome.success]
-        counts = first_reasons(inside)
+        counts = EpisodeTable.of(inside).first_reasons
         assert sum(counts.values()) == len(failed)
         assert "stuck" not in counts  # the strain came before
 
 
 def test_first_reasons_come_in_the_order_of_all_reasons_and_leave_void_episodes_out():
     results = results_of(SMALL, [[SUCCESS] * 4, [SUCCESS, STUCK, STUCK, HIT], [VOID] * 4])
-    assert list(first_reasons(results).items()) == [("hit", 1), ("over_strain", 2)]
+    assert list(EpisodeTable.of(results).first_reasons.items()) == [("hit", 1), ("over_strain", 2)]
 
 
 def test_a_verdict_reads_as_people_say_it():
@@ -54,19 +51,20 @@ def test_the_hardest_postures_come_first_and_void_episodes_do_not_count():
             [SUCCESS, SUCCESS, SUCCESS, VOID],
         ],
     )
-    found = hardest(results)
-    assert [hard.posture.name for hard in found] == ["arm2", "arm3", "arm0"]
+    found = hardest(EpisodeTable.of(results))
+    assert [hard.pictured.posture.name for hard in found] == ["arm2", "arm3", "arm0"]
     assert [(len(hard.failed), hard.n_episodes) for hard in found] == [(2, 3), (1, 2), (1, 3)]
     assert [r.index for r in found[0].failed] == [2, 6]
-    assert hardest(results, most=1) == found[:1]
+    assert hardest(EpisodeTable.of(results), most=1) == found[:1]
 
 
 def test_of_a_hard_posture_a_policy_that_learned_is_looked_at_if_one_failed():
     results = results_of(SMALL, [[HIT, HIT], [STUCK, SUCCESS], [STUCK, SUCCESS]])
-    first, second = hardest(results)
+    first, second = hardest(EpisodeTable.of(results))
     assert first.pictured.entry == SMALL.entries[1]
     assert second.pictured.entry == EXPERT
 
 
 def test_nothing_is_hard_where_all_is_dressed():
-    assert hardest(results_of(SMALL, [[SUCCESS], [VOID], [SUCCESS]])) == []
+    results = results_of(SMALL, [[SUCCESS], [VOID], [SUCCESS]])
+    assert hardest(EpisodeTable.of(results)) == []

@@ -1,6 +1,7 @@
 import pytest
 
-from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE, next_to_paper
+from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
+from dressing_sim.benchmark.studies.success_tables import next_to_paper
 
 
 def row(policy, demonstrations, n_success, n_episodes, **more):

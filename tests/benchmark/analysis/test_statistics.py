@@ -279,3 +279,90 @@ def test_sets_alike_give_about_wilson_s_interval_and_sets_that_differ_a_wider_on
     apart = rate_interval_over_sets(rows_of_sets(40, 40, 30, 20, 20), np.random.default_rng(0))
     assert apart[1] - apart[0] > 1.8 * (wilson[1] - wilson[0])
     assert apart[0] < 0.75 < apart[1]
+
+
+def quantiles_of_a_mean(values, probabilities, n, shares):
+    """Quantiles of the mean of n independent draws, whose distribution is a convolution."""
+    total = np.ones(1)
+    for _ in range(n):
+        total = np.convolve(total, probabilities)
+    return min(values) + np.searchsorted(np.cumsum(total), shares) / n
+
+
+@pytest.mark.parametrize(("both", "only_a", "only_b", "neither"), [(5, 0, 0, 0), (3, 4, 1, 3)])
+@pytest.mark.parametrize("confidence", [0.95, 0.7])
+def test_one_set_is_a_bootstrap_with_half_an_episode_more_in_each_cell(
+    both, only_a, only_b, neither, confidence
+):
+    rows = rows_of(both, only_a, only_b, neither)
+    n = both + only_a + only_b + neither
+    cells = np.array([only_b + 0.5, both + neither + 1.0, only_a + 0.5])
+    tail = (1 - confidence) / 2
+    expected = quantiles_of_a_mean([-1, 0, 1], cells / (n + 2), n, [tail, 1 - tail])
+    found = contrast(rows, (1, -1), rng(), confidence, 20_000).interval
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_a_single_row_has_one_success_and_one_failure_more():
+    expected = quantiles_of_a_mean([0, 1], np.array([1, 9]) / 10, 8, [0.025, 0.975])
+    np.testing.assert_allclose(contrast([row([1] * 8)], (1,), rng()).interval, expected)
+
+
+def test_the_pseudo_episodes_are_spread_over_the_sets():
+    """All alike in every set: whichever sets are drawn, each has two in so many more episodes."""
+    episodes = {(s, f"{s} {i}"): True for s in range(4) for i in range(5)}
+    share = 0.25 / 5.5
+    expected = quantiles_of_a_mean([0, 1], [share, 1 - share], 20, [0.025, 0.975])
+    np.testing.assert_allclose(contrast([episodes], (1,), rng()).interval, expected)
+
+
+def test_sets_of_unequal_size_count_by_their_episodes():
+    """A set drawn brings as many episodes as it has, so the mean is over all that were drawn."""
+    big = {(0, f"{i}"): True for i in range(400)}
+    small = {(1, f"{i}"): False for i in range(100)}
+    # Both sets once (half of the draws): about 400 in 500.
+    middle = contrast([big | small], (1,), rng(), confidence=0.4).interval
+    np.testing.assert_allclose(middle, (0.8, 0.8), atol=0.02)
+    assert contrast([big | small], (1,), rng()).interval[0] < 0.03
+
+
+def test_two_sets_are_enough_to_speak_of_others():
+    rows = rows_of_sets(30, 30)
+    assert rate_interval_over_sets(rows, rng(4)) == contrast([rows], (1,), rng(4)).interval
+
+
+def test_a_weighted_sum_without_an_episode_is_no_number_and_counts_what_is_void():
+    rows = [{(0, "x"): True, (0, "y"): None}, {(0, "x"): None, (0, "y"): True, (0, "z"): True}]
+    empty = contrast(rows, (2, -1), rng())
+    assert np.isnan(empty.estimate)
+    assert (empty.n, empty.n_void, empty.successes) == (0, 2, (0, 0))
+    assert empty.interval == (-1.0, 2.0)
+    assert (empty.weights, contrast(rows[:1], (3,), rng()).estimate) == ((2, -1), 3.0)
+
+
+def test_the_scale_of_a_probability_is_that_of_a_difference():
+    paired = Paired(1, 5, 2, 2, 3, (-0.5, 0.75))
+    assert paired.to_dict() == {
+        "n_pairs": 10,
+        "n_void": 3,
+        "n_both": 1,
+        "n_only_a": 5,
+        "n_only_b": 2,
+        "n_neither": 2,
+        "pc_difference": pytest.approx(30.0),
+        "pc_difference_ci95": [-50.0, 75.0],
+        "p_mcnemar": pytest.approx(2 * (1 + 7 + 21) / 2**7),
+        "probability_of_improvement": pytest.approx(0.65),
+        "probability_of_improvement_ci95": [0.25, 0.875],
+    }
+
+
+def test_intervals_are_of_ten_thousand_samples_unless_asked_for_others():
+    a, b = row([1, 1, 0, 1, 0, 0, 1, 1], 3), row([0, 1, 1, 0, 0, 1, 0, 0], 3)
+    sources = rng(1), rng(1), rng(1), rng(1)
+    one, other = compare(a, b, sources[0]), compare(a, b, sources[1], 10_000)
+    assert one.interval == other.interval
+    one, other = contrast((a, b), (1, -1), sources[2]), contrast((a, b), (1, -1), sources[3])
+    assert one == other
+    # Each has drawn as much of its source as the others.
+    assert len({str(source.bit_generator.state) for source in sources}) == 1

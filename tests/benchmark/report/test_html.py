@@ -143,6 +143,7 @@ def test_the_same_document_gives_the_same_bytes():
 
 def test_the_style_and_the_template_are_in_the_package():
     assert sorted(p.name for p in Path(assets() / "report").iterdir()) == [
+        "plots.mplstyle",
         "report.css",
         "report.html.jinja",
     ]

@@ -4,7 +4,7 @@ import pytest
 from fake_benchmark import write_suite
 
 from dressing_sim.benchmark.records import Entry, Protocol
-from dressing_sim.benchmark.run.origin import Origin
+from dressing_sim.benchmark.run.origin import Accept, Origin
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.store import CONFIG, load_run, open_run
 from dressing_sim.errors import InvalidInputError
@@ -64,7 +64,7 @@ def test_other_numerics_are_refused_and_named_with_what_to_do(folder, plan):
 
 def test_other_numerics_that_are_accepted_are_written_down(folder, plan):
     for _ in range(2):  # again with the same ones says nothing new
-        with open_run(folder, plan, True, lambda: OTHER, accept_numerics=True):
+        with open_run(folder, plan, True, lambda: OTHER, accept=Accept(numerics=True)):
             pass
     said = settings(folder)["provenance"]
     assert said["numerics"] == dict(numerics())
@@ -107,6 +107,33 @@ def test_other_people_s_code_that_changed_is_named(tmp_path, monkeypatch):
         open_run(tmp_path / "run", plan, resume=True),
     ):
         pass
+    with open_run(tmp_path / "run", plan, resume=True, accept=Accept(changes=True)) as run:
+        assert run.origin.mixed("their_policy:Still")
+        assert run.origin.mixed("their_policy:Still?speed=2")
+        assert not run.origin.mixed("tp-gmm")
+    later = settings(tmp_path / "run")["provenance"]["later_code"]
+    assert [step["episodes_before"] for step in later] == [0]
+    # It goes on with the code that it last had, and needs to be asked no more.
+    with open_run(tmp_path / "run", plan, resume=True) as run:
+        assert run.origin.mixed("their_policy:Still")
+    assert settings(tmp_path / "run")["provenance"]["later_code"] == later
+
+
+def test_other_versions_of_packages_are_accepted_only_if_that_is_said(tmp_path):
+    suite = write_suite(tmp_path / "suite.json", 1)
+    plan = make_plan(Protocol("p", suite, (Entry("expert"),)))
+    with open_run(tmp_path / "run", plan):
+        pass
+    values = settings(tmp_path / "run")
+    values["versions"]["mujoco"] = "3.99"
+    (tmp_path / "run" / CONFIG).write_text(json.dumps(values))
+    with (
+        pytest.raises(InvalidInputError, match=r"mujoco: '3\.99' then"),
+        open_run(tmp_path / "run", plan, resume=True),
+    ):
+        pass
+    with open_run(tmp_path / "run", plan, resume=True, accept=Accept(changes=True)) as run:
+        assert run.origin.mixed("expert")
 
 
 POLICY = """

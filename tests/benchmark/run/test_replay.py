@@ -15,7 +15,7 @@ from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
 from dressing_sim.benchmark.studies.thresholds_verdicts import verdict_of
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Thresholds
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.pictures.video import Film
 from dressing_sim.world.scene import WorldConfig

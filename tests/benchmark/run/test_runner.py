@@ -21,8 +21,8 @@ from dressing_sim.benchmark.run.runner import (
 from dressing_sim.benchmark.run.store import open_run
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Failure, Outcome
 from dressing_sim.errors import DressingSimError
 
 

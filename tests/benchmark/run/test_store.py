@@ -13,7 +13,7 @@ from dressing_sim.benchmark.run.lines import episode_values, parse_episode
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.store import load_run, open_run
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
 
@@ -96,10 +96,12 @@ def test_an_episode_is_in_the_file_as_soon_as_it_is_appended(plan, results, fold
 
 def test_an_episode_is_forced_to_the_disk(plan, results, folder, monkeypatch):
     forced = []
-    monkeypatch.setattr(
-        store.os, "fsync", lambda _: forced.append((folder / "episodes.jsonl").read_bytes())
-    )
-    fill(folder, plan, results[:2])
+    with open_run(folder, plan) as run:
+        monkeypatch.setattr(
+            store.os, "fsync", lambda _: forced.append((folder / "episodes.jsonl").read_bytes())
+        )
+        for result in results[:2]:
+            run.append(episode_values(plan, result))
     assert [content.count(b"\n") for content in forced] == [1, 2]
 
 
@@ -107,9 +109,15 @@ def test_a_disk_that_is_full_is_an_error_that_names_the_file(plan, results, fold
     def full(_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store.os, "fsync", full)
-    with pytest.raises(InvalidInputError, match=r"episodes\.jsonl: cannot be written \(No space"):
-        fill(folder, plan, results)
+    with open_run(folder, plan) as run:
+        run.append(episode_values(plan, results[0]))
+        before = (folder / "episodes.jsonl").read_bytes()
+        monkeypatch.setattr(store.os, "fsync", full)
+        with pytest.raises(
+            InvalidInputError, match=r"episodes\.jsonl: cannot be written \(No space"
+        ):
+            run.append(episode_values(plan, results[1]))
+    assert (folder / "episodes.jsonl").read_bytes() == before
 
 
 def test_a_run_that_goes_on_knows_what_is_done(plan, results, folder):
@@ -228,7 +236,7 @@ def test_other_versions_are_refused(plan, folder):
     settings["versions"]["mujoco"] = "3.0"
     (folder / "config.json").write_text(json.dumps(settings))
     with (
-        pytest.raises(InvalidInputError, match=r"versions.mujoco: '3.0' there"),
+        pytest.raises(InvalidInputError, match=r"versions.mujoco: '3.0' then"),
         open_run(folder, plan, resume=True),
     ):
         pass

@@ -16,7 +16,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     DEFAULT,
     FINEST,
     PATHS,
-    TrialJob,
+    Trial,
     path_of,
     settings,
     simulate,
@@ -80,10 +80,10 @@ def test_a_coarser_mesh_would_not_do():
     Pulled straight over the elbow of val02 (measured: 5.8 N with the finest settings).
     """
     (posture,) = (p for p in load_suite("val50") if p.name == "val02")
-    chosen = {s.name: s for s in settings()}
+    chosen = {s.name: s.config for s in settings() if s.name in (DEFAULT, "coarse mesh")}
     outcomes = {
-        name: simulate(TrialJob(0, chosen[name], "straight", posture), 0).outcome
-        for name in (DEFAULT, "coarse mesh")
+        name: simulate(Trial(0, name, "straight", posture.name), config, posture, 0).outcome
+        for name, config in chosen.items()
     }
     assert outcomes[DEFAULT].success
     assert "stuck" in outcomes["coarse mesh"].reasons
@@ -94,7 +94,7 @@ def test_jobs_come_by_setting_path_and_posture_and_run_posture_by_posture(tmp_pa
     study = Convergence()
     jobs = study.jobs(plan)
     assert [job.index for job in jobs] == list(range(4 * len(PATHS) * 2))
-    assert [job.setting.name for job in jobs[:: len(PATHS) * 2]] == [
+    assert [job.setting for job in jobs[:: len(PATHS) * 2]] == [
         DEFAULT,
         FINEST,
         "coarse mesh",

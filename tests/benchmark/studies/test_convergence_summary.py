@@ -6,13 +6,13 @@ from fake_trials import CHOSEN, NAMES, STUCK, outcome, row, trials
 
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.report.write import write_report
+from dressing_sim.benchmark.studies.convergence import compare
 from dressing_sim.benchmark.studies.convergence_document import (
     convergence_document,
     convergence_plot,
     headline,
     validation_table,
 )
-from dressing_sim.benchmark.studies.convergence_summary import compare
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
@@ -21,7 +21,7 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     Trial,
     settings,
 )
-from dressing_sim.episode.rules import Failure, Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 
 
 def test_agreement_is_the_share_of_equal_verdicts():

@@ -18,7 +18,6 @@ from dressing_sim.benchmark.studies.cost import (
     PAPER_COST,
     PAPER_DISCARDED,
     Cost,
-    CostJob,
     CostRun,
     run_seed,
     summarise_runs,
@@ -33,7 +32,11 @@ from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig
 QUICK = AugmentedTPGMMConfig(options=AugmentOptions(max_iterations=12), samples=60)
 
 
-JOB = CostJob(0, Entry("tp-gmm-rf", "case_a"), 0)
+JOB = CostRun(0, Entry("tp-gmm-rf", "case_a"), 0)
+
+
+def made(costs, tried):
+    return replace(JOB, costs=costs, tried=tried, seconds=1.0)
 
 
 def run_cost(folder, workers, seed=3, runs=3, config=QUICK, progress=silent, entries=None):
@@ -146,7 +149,7 @@ def test_every_run_has_its_own_seed():
 
 
 def test_a_run_that_does_not_get_there_is_counted_honestly():
-    runs = [CostRun(JOB, (4.0, 2.0, 1.0), (0, 3, 9), 1.0), CostRun(JOB, (4.0, 3.0), (0, 1), 1.0)]
+    runs = [made((4.0, 2.0, 1.0), (0, 3, 9)), made((4.0, 3.0), (0, 1))]
     none, one, two, three = summarise_runs(runs, 3, np.random.default_rng(0))
     assert (none["n_reached"], none["cost"], none["discarded"]) == (2, 4.0, 0.0)
     assert none["cost_ci95"] == [4.0, 4.0]
@@ -161,7 +164,7 @@ def test_a_run_that_does_not_get_there_is_counted_honestly():
 
 def test_intervals_narrow_with_the_number_of_runs(rng):
     def width(n):
-        runs = [CostRun(JOB, (value,), (0,), 1.0) for value in rng.normal(5.0, 1.0, n)]
+        runs = [made((value,), (0,)) for value in rng.normal(5.0, 1.0, n)]
         low, high = summarise_runs(runs, 0, np.random.default_rng(0))[0]["cost_ci95"]
         return high - low
 
@@ -198,7 +201,7 @@ def test_the_plot_is_the_same_each_time(summary):
 
 
 def test_a_step_that_no_run_reached_has_no_number_in_the_table(summary):
-    runs = [CostRun(JOB, (4.0,), (0,), 1.0)]
+    runs = [made((4.0,), (0,))]
     row = {**summary["rows"][0], "n_runs": 1}
     row["steps"] = summarise_runs(runs, 1, np.random.default_rng(0))
     last = cost_table({**summary, "rows": [row]})[-1]

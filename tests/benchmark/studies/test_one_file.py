@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,8 +54,10 @@ def suite(tmp_path):
 
 
 @pytest.fixture
-def importable(monkeypatch):
-    """The name under which this module can be imported."""
+def importable(monkeypatch, tmp_path):
+    """The name under which this module can be imported, here and in other processes."""
+    (tmp_path / "added_in_one_file.py").write_text(Path(__file__).read_text())
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(sys.modules, "added_in_one_file", sys.modules[__name__])
     return "added_in_one_file"
 

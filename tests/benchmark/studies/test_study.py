@@ -10,12 +10,17 @@ from dressing_sim.benchmark.run.executors import Processes
 from dressing_sim.benchmark.run.plan import demonstration_seed, fitting_seed, make_plan
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import load_run, open_run
-from dressing_sim.benchmark.studies.study import read_results, run_jobs
+from dressing_sim.benchmark.studies.convergence_trials import Trial
+from dressing_sim.benchmark.studies.cost import CostRun
+from dressing_sim.benchmark.studies.study import line_of, read_results, result_of, run_jobs
 from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.benchmark.studies.tuning import Screening
+from dressing_sim.benchmark.studies.tuning_paths import PathMetrics
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.operator import Operator
-from dressing_sim.episode.rules import Outcome, Thresholds
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
+from dressing_sim.policies.hosted import Guarded
 from dressing_sim.policies.registry import EXPERT
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.sleeve import SleeveConfig
@@ -73,7 +78,8 @@ def test_each_policy_learns_from_its_demonstrations_and_dresses_its_part(tmp_pat
     for job in plan.jobs:
         source, shown, number = dressed[job.index], job.entry.demonstrations, job.demonstration_set
         if shown is None:
-            assert isinstance(source, Operator)
+            assert isinstance(source, Guarded)
+            assert source.name == EXPERT
             continue
         assert isinstance(source, FakePolicy)
         name, seed, learned = source.learned
@@ -207,3 +213,25 @@ def test_with_physics_one_worker_and_two_leave_the_same_bytes(tmp_path):
         assert all(result.outcome.metrics for result in results)
         contents.append(files(folder))
     assert contents[0] == contents[1]
+
+
+STUCK = Outcome(False, (Failure("stuck", "at the elbow", 7.0, 1.0),), {"strain": 0.1}, None)
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        CostRun(3, ENTRIES[0], 1, (0.25, 0.125), (0, 4), 2.5),
+        Trial(5, "finest", "expert", "p", STUCK, 1.5),
+        Screening(7, ENTRIES[0], 2, (PathMetrics(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),)),
+    ],
+    ids=lambda result: type(result).__name__,
+)
+def test_a_result_is_read_from_its_line_as_it_was(result):
+    line = json.loads(json.dumps(line_of(result)))
+    assert next(iter(line)) == "index"
+    assert list(line)[-1] == "versions"
+    assert result_of(type(result), line) == result
+    for name in set(line) - {"index", "versions"}:
+        with pytest.raises(InvalidInputError, match=f"not a {type(result).__name__}"):
+            result_of(type(result), {k: v for k, v in line.items() if k != name})

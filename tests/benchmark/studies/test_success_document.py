@@ -24,13 +24,20 @@ from fake_results import (
 )
 
 from dressing_sim.benchmark.analysis.comparisons import label_of
+from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.failures import hardest
-from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE, next_to_paper
+from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import plots
+from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.html import html
 from dressing_sim.benchmark.report.markdown import markdown, markdown_table
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_document import Pictures, headline, success_document
 from dressing_sim.benchmark.studies.success_plots import (
     differences_plot,
@@ -40,14 +47,14 @@ from dressing_sim.benchmark.studies.success_plots import (
 )
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
+    PAIRS,
     listing,
-    pairs_table,
+    next_to_paper,
     sets_table,
-    settings_table,
     table,
-    variation_table,
 )
-from dressing_sim.episode.rules import REASONS, Failure, Outcome, rule_colour
+from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.rules import REASONS, rule_colour
 from dressing_sim.files import assets
 
 COMMAND = "dressing-sim evaluate --protocol full"
@@ -116,10 +123,10 @@ def test_tables_claims_and_the_command_are_in_every_report(full, write):
     for claim in summary["claims"]:
         assert claim["statement"] in text
         assert claim["detail"] in text
-    for cells in (table(summary), sets_table(summary), listing(results)[1]):
+    for cells in (table(summary), sets_table(summary), listing(EpisodeTable.of(results))[1]):
         assert_table(text, cells, write)
     assert summary["comparisons"]
-    assert_table(text, pairs_table(summary["comparisons"][:6]), write)
+    assert_table(text, tabulate(summary["comparisons"][:6], PAIRS), write)
 
 
 def assert_table(text, cells, write):
@@ -170,7 +177,8 @@ def test_the_plot_of_differences_says_what_the_summary_says(full):
 def test_every_reason_has_a_colour_of_its_own_and_is_drawn_with_it():
     assert len(set(map(rule_colour, REASONS))) == len(REASONS)
     outcomes = [Outcome(False, (Failure(reason, "why", 1.0),), METRICS) for reason in REASONS]
-    plot = failures_plot(SMALL, results_of(SMALL, [outcomes] * len(SMALL.entries)))
+    results = results_of(SMALL, [outcomes] * len(SMALL.entries))
+    plot = failures_plot(SMALL, EpisodeTable.of(results))
     for reason in REASONS:
         assert f"{reason} 1" in plot.alt
         colour = rule_colour(reason).replace("#000000", plots.BLACK)
@@ -180,14 +188,14 @@ def test_every_reason_has_a_colour_of_its_own_and_is_drawn_with_it():
 def test_a_rule_that_is_not_ours_is_counted_and_drawn_like_ours():
     outcome = Outcome(False, (Failure("dropped", "why", 1.0),), METRICS)
     results = results_of(SMALL, [[outcome, HIT], [SUCCESS], [SUCCESS]])
-    assert "expert: first hit 1, dropped 1" in failures_plot(SMALL, results).alt
+    assert "expert: first hit 1, dropped 1" in failures_plot(SMALL, EpisodeTable.of(results)).alt
     assert "| row | hit | dropped |" in markdown(report(SMALL, results)[0])
 
 
 def test_success_over_the_elbow_s_bend_is_told_bin_by_bin():
     protocol = Protocol("p", "s", (Entry("tp-gmm", "case_a"), EXPERT))
     results = results_of(protocol, [[SUCCESS, HIT, VOID], [VOID] * 3])
-    alt = elbow_plot(protocol, results).alt
+    alt = elbow_plot(protocol, EpisodeTable.of(results)).alt
     assert "tp-gmm on case_a: dressed 1 of 1 at 0 degrees, 0 of 1 at 10 degrees" in alt
     assert "expert: dressed none, as there are no episodes" in alt
 
@@ -272,7 +280,7 @@ def test_the_report_has_the_tables_of_changes_that_there_are(protocol, titles):
     document, summary = report(protocol, random_results(protocol, 8))
     assert [s.title for s in document.sections if "in brackets" in str(s)] == titles
     text = markdown(document)
-    for cells in filter(None, (settings_table(summary), variation_table(summary))):
+    for cells in filter(None, (side_by_side(summary, c) for c in (HYPERPARAMETERS, VARIATION))):
         assert markdown_table(cells) in text
 
 
@@ -285,7 +293,7 @@ def test_only_the_papers_protocol_is_put_next_to_the_papers_table(full):
 
 def test_the_hardest_postures_are_pictured_with_what_replays_them(full):
     results, _, summary = full
-    found = hardest(results)
+    found = hardest(EpisodeTable.of(results))
     drawn = Pictures({h.pictured.index: f"png {h.pictured.index}".encode() for h in found})
     document = success_document(FOLDER, FULL, results, summary, COMMAND, drawn)
     parsed = Parsed(html(document))
@@ -295,7 +303,7 @@ def test_the_hardest_postures_are_pictured_with_what_replays_them(full):
     assert len(sources) == 6
     for image, hard in zip(images, found, strict=True):
         command = f"dressing-sim replay results/run {hard.pictured.index} --video film.mp4"
-        assert hard.posture.name in image["alt"]
+        assert hard.pictured.posture.name in image["alt"]
         assert command in parsed.words("code")
         assert f"`{command}`" in markdown(document)
 

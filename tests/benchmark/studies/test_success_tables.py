@@ -21,14 +21,18 @@ from fake_results import (
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import contrast, rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.report.document import tabulate
+from dressing_sim.benchmark.studies.success_changes import (
+    HYPERPARAMETERS,
+    VARIATION,
+    side_by_side,
+)
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
+    PAIRS,
     listing,
-    pairs_table,
     sets_table,
-    settings_table,
     table,
-    variation_table,
     void_table,
 )
 
@@ -72,7 +76,7 @@ def measured(request):
 
 
 def cells_by_place(summary):
-    heading, *lines = settings_table(summary)
+    heading, *lines = side_by_side(summary, HYPERPARAMETERS)
     return {
         (line[0], column): cell
         for line in lines
@@ -81,7 +85,7 @@ def cells_by_place(summary):
 
 
 def test_lines_and_columns_come_as_they_first_appear_but_as_chosen_is_the_first(measured):
-    heading, *lines = settings_table(measured[1])
+    heading, *lines = side_by_side(measured[1], HYPERPARAMETERS)
     assert heading == ["settings", *COLUMNS]
     assert [line[0] for line in lines] == list(LINES)
 
@@ -125,7 +129,7 @@ def test_a_cell_reads_as_people_write_it():
     summary = summarise(protocol, results, {})
     (pair,) = summary["comparisons"]
     low, high = pair["pc_difference_ci95"]
-    assert settings_table(summary) == [
+    assert side_by_side(summary, HYPERPARAMETERS) == [
         ["settings", "a, x"],
         ["as chosen", "25 %"],
         ["b=1", f"100 % (+75, {low:+.0f} to {high:+.0f})"],
@@ -135,20 +139,20 @@ def test_a_cell_reads_as_people_write_it():
 def test_void_rows_have_no_rate_and_nothing_to_compare_with():
     protocol = Protocol("p", "s", (Entry("a", "x"), Entry("a?b=1", "x"), Entry("a?b=2", "x")))
     results = results_of(protocol, [[VOID] * 2, [SUCCESS, HIT], [VOID] * 2])
-    lines = settings_table(summarise(protocol, results, {}))[1:]
+    lines = side_by_side(summarise(protocol, results, {}), HYPERPARAMETERS)[1:]
     assert lines == [["as chosen", "-"], ["b=1", "50 %"], ["b=2", "-"]]
 
 
 def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
     protocol = Protocol("p", "s", (Entry("a?b=1", "x"), Entry("a?b=1", "y")))
     results = results_of(protocol, [[SUCCESS, HIT], [SUCCESS, SUCCESS]])
-    lines = settings_table(summarise(protocol, results, {}))[1:]
+    lines = side_by_side(summarise(protocol, results, {}), HYPERPARAMETERS)[1:]
     assert lines == [["b=1", "50 %", "100 %"]]
 
 
 def test_without_changes_there_is_no_table():
     summary = summarise(FULL, random_results(FULL, 10), {})
-    assert settings_table(summary) == variation_table(summary) == []
+    assert side_by_side(summary, HYPERPARAMETERS) == side_by_side(summary, VARIATION) == []
 
 
 def test_rows_under_variation_stand_below_the_nominal_world():
@@ -158,7 +162,7 @@ def test_rows_under_variation_stand_below_the_nominal_world():
     summary = summarise(protocol, results, {})
     (pair,) = summary["comparisons"]
     low, high = pair["pc_difference_ci95"]
-    assert variation_table(summary) == [
+    assert side_by_side(summary, VARIATION) == [
         ["varied", "a?b=1, x", "expert"],
         ["nothing", "50 %", "-"],
         ["friction and arm", f"0 % (-50, {low:+.0f} to {high:+.0f})", "-"],
@@ -168,7 +172,9 @@ def test_rows_under_variation_stand_below_the_nominal_world():
 
 def test_a_summary_is_the_same_after_it_was_a_file(measured):
     _, summary = measured
-    assert settings_table(json.loads(json.dumps(summary))) == settings_table(summary)
+    assert side_by_side(json.loads(json.dumps(summary)), HYPERPARAMETERS) == side_by_side(
+        summary, HYPERPARAMETERS
+    )
 
 
 OUTCOMES = [
@@ -230,7 +236,7 @@ def test_rates_of_each_set_stand_side_by_side(full):
 
 def test_every_comparison_is_a_line(full):
     _, summary = full
-    lines = pairs_table(summary["comparisons"])[1:]
+    lines = tabulate(summary["comparisons"], PAIRS)[1:]
     for pair, line in zip(summary["comparisons"], lines, strict=True):
         low, high = pair["pc_difference_ci95"]
         assert line[2:7] == [
@@ -245,7 +251,7 @@ def test_every_comparison_is_a_line(full):
 def test_a_pair_without_a_common_episode_has_no_difference():
     protocol = Protocol("p", "s", (Entry("tp-gmm-rf", "case_a"), Entry("tp-gmm", "case_a")))
     summary = summarise(protocol, results_of(protocol, [[SUCCESS], [VOID]]), {})
-    assert pairs_table(summary["comparisons"])[1][:7] == [
+    assert tabulate(summary["comparisons"], PAIRS)[1][:7] == [
         "tp-gmm-rf on case_a",
         "tp-gmm on case_a",
         *("0", "0", "0", "-", "-100 to +100"),
@@ -253,7 +259,7 @@ def test_a_pair_without_a_common_episode_has_no_difference():
 
 
 def test_few_episodes_are_listed_one_by_one():
-    title, cells = listing(RESULTS)
+    title, cells = listing(EpisodeTable.of(RESULTS))
     assert title == "Episodes"
     strained = ["stuck, over_strain", "1.93", "0.08", "1.25 N"]
     assert ["6", "tp-gmm", "case_a", "arm1", "10 deg", *strained] in cells
@@ -263,7 +269,7 @@ def test_few_episodes_are_listed_one_by_one():
 
 def test_many_episodes_are_listed_by_posture(full):
     results, _ = full
-    title, cells = listing(results)
+    title, cells = listing(EpisodeTable.of(results))
     assert title == "Postures"
     assert len(cells) == 51
     group = [r.outcome for r in results if r.posture.name == "val7"]
@@ -273,7 +279,7 @@ def test_many_episodes_are_listed_by_posture(full):
 
 
 def test_void_episodes_are_listed_with_why():
-    assert void_table(RESULTS)[1:] == [
+    assert void_table(EpisodeTable.of(RESULTS))[1:] == [
         ["4", "expert", "arm4", VOID.invalid],
         ["9", "tp-gmm on case_a", "arm4", VOID.invalid],
         ["10", "mine on case_b", "arm0", VOID.invalid],

@@ -20,9 +20,11 @@ from dressing_sim.benchmark.studies.thresholds_verdicts import (
 )
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
-from dressing_sim.episode.record import follow
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rules import Failure, Outcome, Thresholds, Trace
+from dressing_sim.episode.rollout import follow
+from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.episode.trace import Trace
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.sleeve import SleeveConfig, sleeve_mesh
 
@@ -77,7 +79,8 @@ def changed(name, rows, value):
 
 def judged(trace, strain=None, outcome=None, finished=True):
     """Factors under which a trace is a success, by threshold."""
-    recording = Recording(outcome or Outcome(True), trace, None, np.zeros((1, 3)), finished)
+    time_left = 0.0 if finished else -1.0
+    recording = Recording(outcome or Outcome(True), trace, None, np.zeros((1, 3)), time_left)
     if strain is None:
         column = None if trace is None else trace.strain
         strain = {variant.strain_percentile: column for *_, variant in variants(RULES)}
@@ -97,7 +100,7 @@ def test_a_dressing_that_would_have_gone_on_into_a_breakdown_has_no_verdict():
     # Pulled for so short a time that a longer moment forgives it, too.
     looser |= {("moment", f"{f:g}") for f in FACTORS if f > 1.0}
     for trace, unknown in ((good(), everything), (pulled, looser), (torn, set())):
-        recording = Recording(Outcome(True), trace, None, np.zeros((1, 3)), True, "BADQVEL")
+        recording = Recording(Outcome(True), trace, None, np.zeros((1, 3)), 0.0, broke="BADQVEL")
         found = verdicts(recording, SHOULDER, RULES, dict.fromkeys(strain, trace.strain))
         known = {(name, factor) for name, own in found.items() for factor in own}
         assert everything - known == unknown
@@ -212,9 +215,9 @@ def test_an_episode_carries_its_verdicts(monkeypatch):
         for _ in range(ROWS):
             observer(SimpleNamespace(mesh=mesh, cloth=mesh.vertices))
         outcome = Outcome(False, metrics={"strain": 0.1})
-        return Recording(outcome, base, None, np.zeros((1, 3)), finished=True)
+        return Recording(outcome, base, None, np.zeros((1, 3)), time_left=0.0)
 
-    monkeypatch.setattr(thresholds_verdicts, "record", record)
+    monkeypatch.setattr(thresholds_verdicts, "record_answer", record)
     config = EpisodeConfig(time_limit=12.0)
     result = dress_and_judge("source", job, config)
     assert seen == [("source", job.posture, job.seed, config)]
@@ -227,7 +230,7 @@ def test_an_episode_carries_its_verdicts(monkeypatch):
 
 def test_a_void_episode_has_no_verdicts(monkeypatch):
     void = Recording(Outcome(False, invalid="not finite"), None, None, np.zeros((1, 3)))
-    monkeypatch.setattr(thresholds_verdicts, "record", lambda *arguments: void)
+    monkeypatch.setattr(thresholds_verdicts, "record_answer", lambda *arguments: void)
     result = dress_and_judge(None, one_job(), EpisodeConfig())
     assert (result.outcome, result.extra) == (void.outcome, {})
     assert verdict_of(result, "strain", 1.0) is None

@@ -16,7 +16,7 @@ from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.studies import STUDIES
-from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy, summarise
 from dressing_sim.benchmark.studies.thresholds_document import (
     headline,
     sensitivity_plot,
@@ -24,7 +24,6 @@ from dressing_sim.benchmark.studies.thresholds_document import (
     thresholds_document,
     turned_table,
 )
-from dressing_sim.benchmark.studies.thresholds_summary import summarise
 from dressing_sim.benchmark.studies.thresholds_verdicts import (
     FACTORS,
     NAMES,
@@ -34,8 +33,7 @@ from dressing_sim.benchmark.studies.thresholds_verdicts import (
 )
 from dressing_sim.cli import main
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.rules import Thresholds
-from dressing_sim.episode.thresholds import threshold_sources
+from dressing_sim.episode.thresholds import Thresholds, threshold_sources
 from dressing_sim.suites.suites import load_suite
 
 RULES = Thresholds()

@@ -1,0 +1,70 @@
+"""What the commands that carry out a study share: workers, progress, interruptions, the end."""
+
+from __future__ import annotations
+
+import json as json_format
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from dressing_sim.benchmark.report.terminal import print_document
+from dressing_sim.benchmark.run.dask_workers import DaskWorkers
+from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.folder import RUN_FILES
+from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.benchmark.run.progress import show_progress
+from dressing_sim.benchmark.studies import find_study
+from dressing_sim.benchmark.studies.study import Study, run_study
+from dressing_sim.commands.options import MOST_WORKERS, check_positive
+from dressing_sim.files import check_output
+from dressing_sim.system import processors
+
+
+def carry_out(
+    plan: Plan,
+    out: Path,
+    *,
+    workers: int | None,
+    scheduler: str | None = None,
+    json: bool,
+    study: Study[Any, Any] | None = None,
+    inputs: Sequence[str] = (),
+    remarks: str = "",
+    files: str = "report.md, report.html, summary.json",
+    **options: bool,
+) -> dict[str, Any]:
+    """Carry out a study, the plan's if None; print its report, `remarks` and `files`, or JSON.
+
+    `inputs` are files, or names of something else, that the plan was made from. `options` are those
+    of `run_study`, such as ``resume``. Ctrl-C is answered by saying how the run goes on, with exit
+    code 130.
+
+    Returns:
+        The summary.
+    """
+    count = processors() if workers is None else workers
+    check_positive("workers", count, MOST_WORKERS)
+    for name in RUN_FILES:
+        check_output(out / name, True, inputs)
+    study = study or find_study(plan.protocol.study)
+    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+    try:
+        with (
+            Processes(count) if scheduler is None else DaskWorkers(scheduler) as crew,
+            show_progress(Console(stderr=True)) as progress,
+        ):
+            done = run_study(study, plan, crew, out, progress=progress, command=command, **options)
+    except KeyboardInterrupt:
+        again = command if "--resume" in sys.argv else f"{command} --resume"
+        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
+        raise SystemExit(130) from None
+    if json:
+        print(json_format.dumps(done.summary, indent=2))
+    else:
+        print_document(done.document)
+        print(f"{remarks}written to {out}/: {files}")
+    return done.summary
