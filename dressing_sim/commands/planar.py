@@ -105,7 +105,9 @@ def planar(
     check_study(data, config, workers)
     total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
+    console = Console(stderr=True)
+    # What is left of a bar would stand before the one line of an error.
+    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as progress:
         task = progress.add_task("Algorithm 1", total=total)
 
         def advance(run: Run) -> None:
