@@ -105,15 +105,18 @@ def planar(
     check_study(data, config, workers)
     total = runs * len(config.methods) * (2 if data.validation else 1)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    console = Console(stderr=True)
-    # What is left of a bar would stand before the one line of an error.
-    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as progress:
+    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
         task = progress.add_task("Algorithm 1", total=total)
 
         def advance(run: Run) -> None:
             progress.update(task, advance=1, description=f"{run.selection}, {run.method}")
 
-        study = run_study(data, config, workers, advance)
+        try:
+            study = run_study(data, config, workers, advance)
+        except InvalidInputError:
+            # What is left of the bar would stand before the one line of the error.
+            progress.live.transient = True
+            raise
     result = {**summary(study), "provenance": provenance()}
     text = to_json(result, "the study's result", indent=2) + "\n"
     if out is not None:
