@@ -57,22 +57,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
         held.close()
 
 
-def write_bytes(path: str | Path, content: bytes) -> None:
+def write_file(path: str | Path, content: str | bytes) -> None:
     """Write a file, all or nothing.
 
     Raises:
         InvalidInputError: The file cannot be written, or the disk is full.
     """
     write_files({Path(path): content})
-
-
-def write_text(path: str | Path, text: str) -> None:
-    """Write a text file, all or nothing.
-
-    Raises:
-        InvalidInputError: The file cannot be written, or the disk is full.
-    """
-    write_files({Path(path): text})
 
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:

@@ -16,10 +16,11 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 #: For OpenBLAS, the kernels of processors with AVX2 and FMA.
 _BLAS = {"OPENBLAS_CORETYPE": "Haswell"}
@@ -165,3 +166,11 @@ def unlike(one: Mapping[str, str], other: Mapping[str, str], here: str, there: s
         if one.get(name) != other.get(name)
     ]
     return "; ".join(told[1:] or told)
+
+
+def single_threaded(function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+    """Call a function while linear algebra uses one thread: with more, bits can be others."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1):
+        return function(*args, **kwargs)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.checks import real_array, shown
+from dressing_sim.checks import real_array, real_number, shown
 from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.inputs import asked_with
 from dressing_sim.seeds import derived_seed
@@ -66,12 +66,12 @@ def check_metres(positions: NDArray[np.float64], doing: str) -> None:
 
 
 def _checked_dt(dt: object, longest: float, whose: str) -> float:
-    # A bool is a number to Python; a NaN is not between anything.
-    is_number = isinstance(dt, Real) and not isinstance(dt, bool)
-    if is_number and 0.0 < float(dt) <= longest and float(dt) < np.inf:  # type: ignore[arg-type]
-        return float(dt)  # type: ignore[arg-type]
-    most = "" if longest == np.inf else f", up to the episode's time limit of {longest:g} s"
-    raise InvalidInputError(f"{whose} dt is {shown(dt)}, valid is seconds above zero{most}")
+    try:
+        return real_number(dt, whose, 0.0, longest, above=True)
+    except InvalidInputError as error:
+        most = "" if longest == np.inf else f", up to the episode's time limit of {longest:g} s"
+        told = f"{whose} dt is {shown(dt)}, valid is seconds above zero{most}"
+        raise InvalidInputError(told) from error
 
 
 def checked_path(made: object, name: str) -> Path:
@@ -123,35 +123,29 @@ def policy_path(
     check_source(source)
     if isinstance(source, np.ndarray | Path):
         path = checked_path(source, "the path")
-    else:
-        try:
-            return _answer(source, posture, start, seed, default_dt, longest_dt)
-        except PolicyError:
-            raise
-        except InvalidInputError as error:
-            raise PolicyError(str(error)) from error
-    own = default_dt if path.dt is None else _checked_dt(path.dt, longest_dt, "the path: its")
-    return Path(path.positions, own)
+        own = default_dt if path.dt is None else _checked_dt(path.dt, longest_dt, "the path: its")
+        return Path(path.positions, own)
+    policy: Any = source
+    with policy_at_fault():
+        name, dt = policy_name(policy), getattr(policy, "dt", None)
+        if dt is not None:
+            dt = _checked_dt(dt, longest_dt, f"{name}: its attribute")
+        drawn = seed_argument(policy.generate, policy_seed(policy, seed))
+        path = checked_path(policy.generate(asked_with(policy, posture), start, **drawn), name)
+        if path.dt is not None:
+            dt = _checked_dt(path.dt, longest_dt, f"{name}: its path's")
+        return Path(path.positions, default_dt if dt is None else dt)
 
 
-def _answer(
-    policy: Any,
-    posture: Posture,
-    start: NDArray[np.float64],
-    seed: int,
-    default_dt: float,
-    longest_dt: float,
-) -> Path:
-    """The path that a policy makes, see `policy_path`."""
-    name = policy_name(policy)
-    dt = getattr(policy, "dt", None)
-    if dt is not None:
-        dt = _checked_dt(dt, longest_dt, f"{name}: its attribute")
-    own = {"seed": policy_seed(policy, seed)} if takes_seed(policy.generate) else {}
-    path = checked_path(policy.generate(asked_with(policy, posture), start, **own), name)
-    if path.dt is not None:
-        dt = _checked_dt(path.dt, longest_dt, f"{name}: its path's")
-    return Path(path.positions, default_dt if dt is None else dt)
+@contextmanager
+def policy_at_fault() -> Iterator[None]:
+    """Within the block what is not valid is a policy's answer: a `PolicyError`."""
+    try:
+        yield
+    except PolicyError:
+        raise
+    except InvalidInputError as error:
+        raise PolicyError(str(error)) from error
 
 
 def policy_name(policy: object) -> str:
@@ -166,6 +160,18 @@ def takes_seed(function: Callable[..., object]) -> bool:
         return "seed" in inspect.signature(function).parameters
     except ValueError:  # what is written in C need not say what it takes
         return False
+
+
+def seed_argument(function: Callable[..., object], seed: int) -> dict[str, int]:
+    """The seed as a keyword argument for a function that takes one; else none."""
+    return {"seed": seed} if takes_seed(function) else {}
+
+
+def reset_policy(policy: object, seed: int) -> None:
+    """Tell a policy in closed loop that an episode begins, if it wants to know."""
+    reset = getattr(policy, "reset", None)
+    if callable(reset):
+        reset(**seed_argument(reset, seed))
 
 
 def policy_seed(policy: object, seed: int) -> int:

@@ -17,7 +17,7 @@ from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.rollout import follow
 from dressing_sim.episode.thresholds import Thresholds
-from dressing_sim.files import write_bytes
+from dressing_sim.files import write_file
 from dressing_sim.pictures.rendering import OffscreenRenderer
 from dressing_sim.pictures.strain_colours import COLOURS
 from dressing_sim.suites.suites import find_posture
@@ -73,7 +73,7 @@ def main() -> None:
     figure.colorbar(scale, ax=panels, label="principal strain [%]", extend="max", shrink=0.8)
     content = BytesIO()
     figure.savefig(content, format="png", dpi=110, metadata={"Software": None})
-    write_bytes(FILE, content.getvalue())
+    write_file(FILE, content.getvalue())
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from dressing_sim.benchmark.studies.success_tables import (
     table,
 )
 from dressing_sim.benchmark.studies.thresholds_document import sensitivity_table, turned_table
-from dressing_sim.files import write_text
+from dressing_sim.files import write_file
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("README.md", "docs/results.md", "docs/convergence.md", "docs/thresholds.md")
@@ -110,7 +110,7 @@ def main() -> None:
         if filled != text:
             stale.append(page)
             if not check:
-                write_text(path, filled)
+                write_file(path, filled)
     if stale and check:
         sys.exit(f"the tables differ from docs/results in: {', '.join(stale)}")
 

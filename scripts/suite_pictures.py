@@ -15,7 +15,7 @@ from matplotlib.patches import Circle
 from dressing_sim.arm import ANGLE_LIMITS_DEG, Posture
 from dressing_sim.benchmark.report import plots
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import write_text
+from dressing_sim.files import write_file
 from dressing_sim.suites.suites import situation_distance
 
 #: The Panda reaches this far from its second joint, which is this high above its base [m] (Franka
@@ -70,7 +70,7 @@ def draw_postures(suites: Mapping[str, Sequence[Posture]], path: str | Path) -> 
         halves = drawn.subfigures(1, 2, squeeze=False, width_ratios=(1.45, 1.0))
         _draw_angles(halves[0, 0], suites)
         _draw_arms(halves[0, 1], suites)
-        write_text(path, plots.svg_of(drawn))
+        write_file(path, plots.svg_of(drawn))
 
 
 def _draw_angles(figure: SubFigure, suites: Mapping[str, Sequence[Posture]]) -> None:

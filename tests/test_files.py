@@ -6,12 +6,12 @@ import sys
 import pytest
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_writable, is_file, replacing, write_text
+from dressing_sim.files import check_writable, is_file, replacing, write_file
 
 
 def test_a_file_is_written_with_its_folders(tmp_path):
     target = tmp_path / "a" / "b" / "text.txt"
-    write_text(target, "grüezi\n")
+    write_file(target, "grüezi\n")
     assert target.read_text(encoding="utf-8") == "grüezi\n"
     assert list(target.parent.iterdir()) == [target]
 
@@ -45,7 +45,7 @@ def test_after_an_error_the_old_file_is_left_and_nothing_else(tmp_path, error):
 def test_a_file_is_as_readable_as_any_new_one(tmp_path):
     other = tmp_path / "other.txt"
     other.touch()
-    write_text(tmp_path / "text.txt", "")
+    write_file(tmp_path / "text.txt", "")
     mode = os.stat(tmp_path / "text.txt").st_mode
     assert stat.S_IMODE(mode) == stat.S_IMODE(os.stat(other).st_mode)
 
@@ -55,7 +55,7 @@ def test_a_place_that_cannot_be_written_is_an_error_that_names_it(tmp_path):
     (tmp_path / "folder").mkdir()
     for target in (tmp_path / "file" / "text.txt", tmp_path / "folder"):
         with pytest.raises(InvalidInputError, match=str(target)):
-            write_text(target, "text")
+            write_file(target, "text")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
 
@@ -68,10 +68,10 @@ def test_a_name_that_no_file_can_have_is_an_error_and_not_a_file(tmp_path, name)
 
 def test_a_full_disk_is_an_error_that_names_the_file_and_leaves_the_old_one(tmp_path):
     code = (
-        "import resource, signal, sys; from dressing_sim.files import write_text;"
+        "import resource, signal, sys; from dressing_sim.files import write_file;"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000));"
-        "write_text(sys.argv[1], 'x' * 100000)"
+        "write_file(sys.argv[1], 'x' * 100000)"
     )
     path = tmp_path / "some.txt"
     path.write_text("old")

@@ -21,6 +21,7 @@ from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.study import Study, run_study
 from dressing_sim.commands.options import MOST_WORKERS, check_positive
 from dressing_sim.files import check_output
+from dressing_sim.interrupts import EXIT_CODE
 from dressing_sim.system import processors
 
 
@@ -61,7 +62,7 @@ def carry_out(
     except KeyboardInterrupt:
         again = command if "--resume" in sys.argv else f"{command} --resume"
         print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(130) from None
+        raise SystemExit(EXIT_CODE) from None
     if json:
         print(json_format.dumps(done.summary, indent=2))
     else:

@@ -21,7 +21,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.checks import listed, of_kind, real_array, real_number, shown, whole_number
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import is_file, write_bytes
+from dressing_sim.files import is_file, write_file
 from dressing_sim.learning.frame import Situation
 from dressing_sim.path import check_metres
 from dressing_sim.provenance import provenance, versions
@@ -117,7 +117,7 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
             group.attrs["sha256"] = np.bytes_(_digest(demonstration))
         file.flush()
         content = file.id.get_file_image()
-    write_bytes(path, content)
+    write_file(path, content)
 
 
 def _text(value: object) -> np.bytes_:

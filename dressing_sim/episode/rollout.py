@@ -17,9 +17,8 @@ from dressing_sim.episode.observation import Force, Observation
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import UNREACHABLE
-from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.inputs import asked_with, inputs_of
-from dressing_sim.path import policy_name, policy_seed, takes_seed
+from dressing_sim.path import policy_at_fault, policy_name, policy_seed, reset_policy
 from dressing_sim.world.simulation import World
 
 #: Called after every control step with the running world; for films and views.
@@ -102,9 +101,7 @@ def close_the_loop(
     """
     name = policy_name(policy)
     frames, forces = asked_with(policy, dressing.posture), inputs_of(policy) == "frames+force"
-    reset = getattr(policy, "reset", None)
-    if callable(reset):
-        reset(**({"seed": policy_seed(policy, seed)} if takes_seed(reset) else {}))
+    reset_policy(policy, policy_seed(policy, seed))
     row = dressing.reset()
     target, dt = dressing.start, dressing.config.tracking.dt
     commands, targets, errors, positions = [row.joint_position], [target], [0.0], [row.tcp]
@@ -117,7 +114,8 @@ def close_the_loop(
         if wanted is None:
             held += 1
         else:
-            target = _target(name, wanted)
+            with policy_at_fault():
+                target = real_vector(wanted, 3, f"{name}: act returned a target of", "m")
         row = dressing.step(target)
         if not _keep(dressing, row, positions, observer):
             break
@@ -134,14 +132,6 @@ def close_the_loop(
     told = f"the robot stays {errors[-1]:.3g} m from the target"
     failure = Failure(UNREACHABLE.name, told, row.time, row.armscye_s)
     return replace(recording, outcome=Outcome(False, (failure,), recording.outcome.metrics))
-
-
-def _target(name: str, wanted: object) -> NDArray[np.float64]:
-    """What a policy's `act` returned, once it is a target."""
-    try:
-        return real_vector(wanted, 3, f"{name}: act returned a target of", "m")
-    except InvalidInputError as error:
-        raise PolicyError(str(error)) from error
 
 
 def _keep(

@@ -14,7 +14,7 @@ import numpy as np
 from dressing_sim.archives import read_npz, to_json
 from dressing_sim.checks import of_kind, real_array, shown
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import write_bytes
+from dressing_sim.files import write_file
 from dressing_sim.learning.frame import FloatArray
 from dressing_sim.provenance import provenance
 
@@ -49,7 +49,7 @@ def write_archive(path: str | Path, kind: str, settings: Settings, arrays: Array
     header = to_json(named, str(path), default=_plain)
     content = io.BytesIO()
     np.savez(content, allow_pickle=False, header=np.array(header), **arrays)
-    write_bytes(path, content.getvalue())
+    write_file(path, content.getvalue())
     return Path(path)
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.checks import whole_number
 from dressing_sim.errors import InvalidInputError, one_line
-from dressing_sim.files import fill, replacing, write_bytes
+from dressing_sim.files import fill, replacing, write_file
 from dressing_sim.pictures import LARGEST_FPS
 from dressing_sim.pictures.rendering import OffscreenRenderer, check_size
 from dressing_sim.world.scene import WorldConfig
@@ -83,7 +83,7 @@ class Film:
         with OffscreenRenderer(posture, config, width, height) as renderer:
             pictures = (renderer.draw(state, camera) for state in self._states)
             if _is_gif(path):
-                write_bytes(path, _gif(pictures, self.fps))
+                write_file(path, _gif(pictures, self.fps))
                 return
             # The encoder does not say why it cannot write; whoever writes its film does.
             with replacing(path) as target, TemporaryDirectory() as folder:

@@ -25,7 +25,9 @@ import numpy as np
 from dressing_sim.config import check_numbers
 from dressing_sim.errors import DressingSimError, InvalidInputError, PolicyError, one_line
 from dressing_sim.inputs import fit, inputs_of
-from dressing_sim.path import checked_path, takes_seed
+from dressing_sim.numerics import single_threaded
+from dressing_sim.path import checked_path, reset_policy, seed_argument
+from dressing_sim.policies.registry import make_policy, policy_origin
 from dressing_sim.system import (
     end_group,
     ignore_interrupt,
@@ -150,7 +152,7 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
         except (EOFError, OSError):
             os._exit(0)
         try:
-            answer = True, getattr(server, what)(*arguments)
+            answer = True, single_threaded(getattr(server, what), *arguments)
         except BaseException as error:  # also what exits: the policy's, not ours
             answer = False, described_error(error)
         sys.stdout.flush()
@@ -168,6 +170,7 @@ def _print_to(log: Path | None) -> None:
     null = os.open(os.devnull, os.O_RDONLY)
     for source, target in ((null, 0), (file, 1), (file, 2)):
         os.dup2(source, target)
+    # What follows stays open as long as the process.
     sys.stdin = open(0, closefd=False, encoding="utf-8")  # noqa: SIM115
     sys.stdout = open(1, "w", 1, closefd=False, encoding="utf-8", errors="replace")  # noqa: SIM115
     sys.stderr = open(2, "w", 1, closefd=False, encoding="utf-8", errors="replace")  # noqa: SIM115
@@ -203,8 +206,6 @@ class _Server:
 
     def describe(self, name: str) -> Mapping[str, Any]:
         """What there is to know of a policy before it learns."""
-        from dressing_sim.policies.registry import make_policy, policy_origin
-
         policy = make_policy(name)
         return {
             "inputs": inputs_of(policy),
@@ -215,8 +216,6 @@ class _Server:
 
     def fit(self, name: str, seed: int, demonstrations: Any) -> tuple[bytes, Any]:
         """A policy that has learned, and its time step."""
-        from dressing_sim.policies.registry import make_policy
-
         fitted = fit(make_policy(name, seed), demonstrations)
         if fitted is None:
             raise InvalidInputError("fit returned None, valid is the policy itself")
@@ -226,16 +225,14 @@ class _Server:
     def generate(self, fitted: bytes, asked: Any, start: Any, seed: int) -> tuple[Any, Any]:
         """A path (T, 3) [m] and its own time step, or None [s]."""
         policy = ForkingPickler.loads(fitted)
-        own = {"seed": seed} if takes_seed(policy.generate) else {}
-        path = checked_path(policy.generate(asked, start, **own), "it")
+        drawn = seed_argument(policy.generate, seed)
+        path = checked_path(policy.generate(asked, start, **drawn), "it")
         return np.array(path.positions), path.dt
 
     def begin(self, fitted: bytes, seed: int) -> None:
         """Prepare an episode in closed loop."""
         self._acting = ForkingPickler.loads(fitted)
-        reset = getattr(self._acting, "reset", None)
-        if callable(reset):
-            reset(**({"seed": seed} if takes_seed(reset) else {}))
+        reset_policy(self._acting, seed)
 
     def act(self, observation: Any) -> Any:
         """The next target (3,) [m], or None at the end."""

@@ -16,7 +16,7 @@ from dressing_sim.errors import PolicyError
 from dressing_sim.inputs import fit
 from dressing_sim.learning import DemonstrationLike, Policy, Situation
 from dressing_sim.learning.policy import Inputs
-from dressing_sim.path import Path, checked_path, takes_seed
+from dressing_sim.path import Path, checked_path, reset_policy, seed_argument
 from dressing_sim.policies.host import Host, PolicyLimits, described_error
 from dressing_sim.policies.hyperparameters import split_name
 from dressing_sim.policies.registry import built_in, known_name, make_policy
@@ -119,8 +119,8 @@ class Guarded:
 
     def generate(self, frames: Situation | Posture, start: ArrayLike, seed: int = 0) -> Path:
         """A path for a situation."""
-        own = {"seed": seed} if takes_seed(self._policy.generate) else {}
-        return _answered(lambda: checked_path(self._policy.generate(frames, start, **own), "it"))
+        drawn = seed_argument(self._policy.generate, seed)
+        return _answered(lambda: checked_path(self._policy.generate(frames, start, **drawn), "it"))
 
 
 class GuardedActor(Guarded):
@@ -128,9 +128,7 @@ class GuardedActor(Guarded):
 
     def reset(self, seed: int = 0) -> None:
         """Begin an episode."""
-        reset = getattr(self._policy, "reset", None)
-        if callable(reset):
-            _answered(lambda: reset(**({"seed": seed} if takes_seed(reset) else {})))
+        _answered(lambda: reset_policy(self._policy, seed))
 
     def act(self, observation: Any) -> Any:
         """The next target (3,) [m], or None at the end."""

@@ -17,7 +17,7 @@ from dressing_sim.archives import read_json
 from dressing_sim.arm import Posture
 from dressing_sim.checks import clean_name, of_kind, shown
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import assets, is_file, write_text
+from dressing_sim.files import assets, is_file, write_file
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.sampling import euler_angles
 from dressing_sim.suites.distribution import DRAWN_SUITES, sample_postures
@@ -161,7 +161,7 @@ def write_suite(
     fields = {"name": name, "version": VERSION, **header}
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in fields.items()]
     entries = ",\n".join(f"    {json.dumps(posture.to_dict())}" for posture in postures)
-    write_text(path, "\n".join(["{", *lines, '  "postures": [', entries, "  ]", "}", ""]))
+    write_file(path, "\n".join(["{", *lines, '  "postures": [', entries, "  ]", "}", ""]))
 
 
 def demonstration_postures(name: str) -> list[Posture]:

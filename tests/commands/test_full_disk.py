@@ -15,7 +15,7 @@ from dressing_sim.cli import main
 from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import save_demonstrations
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import replacing, write_files, write_text
+from dressing_sim.files import replacing, write_file, write_files
 
 PLANAR = "planar --runs 1 --max-iterations 1 --method noise --out disk/out"
 FILM = "dress --posture bent10 --fps 4 --width 64 --height 48 --video disk/film"
@@ -223,7 +223,7 @@ def test_what_a_killed_process_left_is_removed_and_what_is_being_written_is_not(
     (tmp_path / ".some.own.txt").write_text("somebody's")
     with replacing(target) as mine:
         assert not left.exists()
-        write_text(target, "another's")
+        write_file(target, "another's")
         assert mine.exists()
         mine.write_text("mine")
     assert target.read_text() == "mine"

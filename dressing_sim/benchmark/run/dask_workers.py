@@ -10,9 +10,9 @@ from functools import partial
 from typing import Any
 from weakref import WeakSet
 
-from dressing_sim.benchmark.run.executors import Workers, single_threaded
+from dressing_sim.benchmark.run.executors import Workers
 from dressing_sim.errors import DressingSimError, InvalidInputError
-from dressing_sim.numerics import numerics, unlike
+from dressing_sim.numerics import numerics, single_threaded, unlike
 from dressing_sim.provenance import versions
 
 #: A cluster that does not answer, or has no worker, for so long is reported [s].

@@ -13,10 +13,8 @@ from itertools import islice
 from multiprocessing import connection
 from typing import Any, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 from dressing_sim.errors import DressingSimError
-from dressing_sim.numerics import common_to_children
+from dressing_sim.numerics import common_to_children, single_threaded
 from dressing_sim.numerics import numerics as worker_numerics
 from dressing_sim.system import check_may_start_processes, ignore_interrupt, interrupt_blocked
 
@@ -201,9 +199,3 @@ def _died(workers: Workers, future: Future[Any]) -> bool:
     if isinstance(found, futures.CancelledError):
         raise DressingSimError("the work was cancelled: the scheduler is gone") from found
     return isinstance(found, workers.deaths)
-
-
-def single_threaded(function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
-    """Call a function while linear algebra uses one thread."""
-    with threadpool_limits(limits=1):
-        return function(*args, **kwargs)

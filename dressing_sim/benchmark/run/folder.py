@@ -19,7 +19,7 @@ from dressing_sim.files import (
     remove_leftovers,
     replacing,
     unwritable,
-    write_text,
+    write_file,
 )
 from dressing_sim.system import lock_file
 
@@ -135,7 +135,7 @@ def locked(path: Path) -> Iterator[None]:
 
 def write_config(path: Path, config: Mapping[str, Any]) -> None:
     """Write the config of a run."""
-    write_text(path / CONFIG, _text(config))
+    write_file(path / CONFIG, _text(config))
 
 
 def begin(path: Path, config: Mapping[str, Any], study: str, own: bool) -> None:

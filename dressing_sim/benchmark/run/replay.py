@@ -9,14 +9,13 @@ from typing import Protocol
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.agreement import Agreement, compare
-from dressing_sim.benchmark.run.executors import single_threaded
 from dressing_sim.benchmark.run.lines import episode_values
 from dressing_sim.benchmark.run.plan import Job
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rollout import Observer
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.numerics import numerics
+from dressing_sim.numerics import numerics, single_threaded
 
 
 class Repeatable(Protocol):

@@ -16,7 +16,6 @@ from dressing_sim.archives import check_size
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Json
 from dressing_sim.benchmark.run.folder import (
-    CONFIG,  # noqa: F401 (others ask for it here)
     DEMONSTRATIONS,
     EPISODES,
     POLICY_LOG,
@@ -37,7 +36,7 @@ from dressing_sim.episode.demonstration import (
     save_demonstrations,
 )
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import unwritable, write_text
+from dressing_sim.files import unwritable, write_file
 from dressing_sim.numerics import numerics as this_numerics
 
 #: Largest file of episodes that is read; one of a million episodes is smaller [bytes].
@@ -151,7 +150,7 @@ class OpenRun(RunFolder):
         """Order the file by index, which is the same for every number of workers."""
         self._check_there()
         text = "".join(self._lines[index] + "\n" for index in sorted(self._lines))
-        write_text(self.path / EPISODES, text)
+        write_file(self.path / EPISODES, text)
 
     def _check_there(self) -> None:
         """Raise InvalidInputError if what is written would be nowhere."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from string import Formatter
 from typing import Any, TypeAlias
 
-from dressing_sim.benchmark.report.document import Cells
+from dressing_sim.benchmark.report.document import Cells, tabulate
 
 #: What stands in a column: a format of a row's values, or a function of the row.
 Column: TypeAlias = "str | Callable[[Mapping[str, Any]], str]"
@@ -17,7 +18,7 @@ def table_of(columns: Mapping[str, Column], rows: Iterable[Mapping[str, Any]]) -
 
     A format such as ``{share:.1%}`` is a dash where one of its values is None.
     """
-    return [list(columns), *([_cell(column, row) for column in columns.values()] for row in rows)]
+    return tabulate(list(rows), [(name, partial(_cell, one)) for name, one in columns.items()])
 
 
 def _cell(column: Column, row: Mapping[str, Any]) -> str:

@@ -4,9 +4,10 @@ import pytest
 from fake_benchmark import write_suite
 
 from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.run.folder import CONFIG
 from dressing_sim.benchmark.run.origin import Accept, Origin
 from dressing_sim.benchmark.run.plan import make_plan
-from dressing_sim.benchmark.run.store import CONFIG, load_run, open_run
+from dressing_sim.benchmark.run.store import load_run, open_run
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import numerics
 
