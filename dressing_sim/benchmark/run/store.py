@@ -209,6 +209,9 @@ def open_run(
     """
     if resume and force:
         raise InvalidInputError("--resume and --force exclude each other")
+    for own in plan.own_files.values():
+        if path.resolve() in own.resolve().parents:  # a new run removes what is in its folder
+            raise InvalidInputError(f"{own}: is read, and in {path}; choose another --out")
     wanted = json.loads(json.dumps(plan.to_dict()))
     if not force:
         check_own(path)  # before a lock is put there

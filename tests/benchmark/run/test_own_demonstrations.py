@@ -66,3 +66,17 @@ def test_the_run_has_a_copy_and_needs_the_file_no_more(file, tmp_path, demonstra
 def test_a_file_that_is_none_is_named(tmp_path):
     with pytest.raises(InvalidInputError, match=r"none\.h5"):
         make_plan(PROTOCOL, demonstrations=tmp_path / "none.h5")
+
+
+@pytest.mark.parametrize("more", [{}, {"force": True}, {"resume": True}])
+def test_a_file_in_the_run_s_own_folder_is_refused_and_left_alone(tmp_path, file, more):
+    inside = tmp_path / "run" / "demonstrations" / "own-12345678.h5"
+    inside.parent.mkdir(parents=True)
+    inside.write_bytes(file.read_bytes())
+    plan = make_plan(PROTOCOL, demonstrations=inside)
+    with (
+        pytest.raises(InvalidInputError, match=r"own-12345678\.h5: is read"),
+        open_run(tmp_path / "run", plan, **more),
+    ):
+        pass
+    assert inside.read_bytes() == file.read_bytes()
