@@ -15,6 +15,7 @@ import threading
 import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import invalidate_caches
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
@@ -86,7 +87,8 @@ class Host:
         if self._process is None or not self._process.is_alive():
             self._start()
         try:
-            self._connection.send((what, arguments))
+            # Where modules are found may have changed since the process began.
+            self._connection.send((what, arguments, sys.path))
             if not self._connection.poll(seconds):
                 self.close()
                 raise PolicyError(f"took longer than {seconds:g} s to {what}")
@@ -140,17 +142,18 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
     lead_own_group()
     ignore_interrupt()
     _print_to(log)
-    # A policy may be a file in the folder where the command was typed.
-    sys.path.append(os.getcwd())
     limit_own_resources(memory, _LOG)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     server = _Server()
     connection.send("begun")
     while True:
         try:
-            what, arguments = connection.recv()
+            what, arguments, path = connection.recv()
         except (EOFError, OSError):
             os._exit(0)
+        # A policy may be a file in the folder where the command was typed.
+        sys.path[:] = [*path, os.getcwd()]
+        invalidate_caches()
         try:
             answer = True, single_threaded(getattr(server, what), *arguments)
         except BaseException as error:  # also what exits: the policy's, not ours

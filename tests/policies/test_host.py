@@ -103,6 +103,19 @@ def test_what_is_no_policy_is_named_before_anything_is_done(name, told):
         hosted_policy(name, 0, LIMITS)
 
 
+def test_a_module_that_is_there_only_now_is_found_by_a_process_that_runs(tmp_path, monkeypatch):
+    host = Host(LIMITS)
+    try:
+        host.ask(60.0, "describe", "broken:Fine")
+        first = host._process.pid
+        (tmp_path / "only_now.py").write_text("from broken import Fine as Late\n")
+        monkeypatch.syspath_prepend(tmp_path)
+        host.ask(60.0, "describe", "only_now:Late")
+        assert host._process.pid == first
+    finally:
+        host.close()
+
+
 def test_the_process_is_used_again_while_it_lives_and_replaced_when_it_has_died():
     host = Host(LIMITS)
     try:
