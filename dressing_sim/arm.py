@@ -151,7 +151,7 @@ class Posture:
             )
         place = _numbers(self.shoulder_position)
         if len(place) != 3 or not all(
-            abs(value - usual) <= MAX_SHOULDER_DISPLACEMENT
+            abs(value - usual) <= MAX_SHOULDER_DISPLACEMENT + 1e-9  # 0.52 + 0.15 is rounded up
             for value, usual in zip(place, DEFAULT_SHOULDER, strict=True)
         ):
             raise InvalidInputError(

@@ -122,6 +122,14 @@ def test_an_impossible_angle_is_an_error_that_names_it_and_its_range(angle, bad)
     assert "\n" not in message
 
 
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("axis", range(3))
+def test_the_ends_of_the_shoulder_s_range_are_valid(axis, sign):
+    place = list(HANGING.shoulder_position)
+    place[axis] = round(place[axis] + sign * MAX_SHOULDER_DISPLACEMENT, 6)
+    assert replace(HANGING, shoulder_position=place).shoulder_position == tuple(place)
+
+
 @pytest.mark.parametrize(
     ("change", "parts"),
     [

@@ -185,7 +185,15 @@ def test_a_failed_demonstration_writes_nothing(capsys, folder, one, monkeypatch)
 
 
 def test_what_succeeded_is_written_and_what_failed_is_named(capsys, tmp_path, posture):
-    far = replace(posture, name="far", shoulder_position=(1.4, -0.3, 0.3))
+    far = replace(
+        posture,
+        name="far",
+        shoulder_position=(0.66, -0.4, 0.38),
+        size="male",
+        flexion_deg=170,
+        abduction_deg=0,
+        elbow_deg=0,
+    )
     suite = tmp_path / "suite.json"
     suite.write_text(json.dumps({"postures": [far.to_dict(), posture.to_dict()]}))
     out = tmp_path / "some.h5"
