@@ -189,7 +189,7 @@ def dask_cluster(folder, workers):
 
     running = [launch("scheduler", "--port", "0", "--no-dashboard")]
     try:
-        wait_until(file.exists)
+        wait_until(lambda: file.exists() and file.read_text().endswith("}"))  # it is whole
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60")
         running += [launch("worker", *options) for _ in range(workers)]
         yield Cluster(json.loads(file.read_text())["address"], running[0], running[1:])
