@@ -17,6 +17,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
+from dressing_sim.control.limits import MAX_ACCELERATION
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.meter import Meter, Row
@@ -172,6 +173,17 @@ class Dressing:
             self._tracker.target if target is None else real_vector(target, 3, "target has", "m")
         )
         return self._advance(q, place)
+
+    def hold(self) -> Row:
+        """Stay for one control step: the joints brake as hard as they may, then keep their command.
+
+        A path that is played ends so; from rest not a bit of the command changes.
+        """
+        self._check_goes_on()
+        dt = self.config.tracking.dt
+        slower = np.maximum(np.abs(self._velocity) - np.array(MAX_ACCELERATION) * dt, 0.0)
+        rest = self._command + dt * np.copysign(slower, self._velocity)
+        return self.step_joints(rest, self._target)
 
     def _check_goes_on(self) -> None:
         if not self._begun:

@@ -12,13 +12,14 @@ from dressing_sim.arm import Posture
 from dressing_sim.checks import function_or_none, of_kind, whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.control import JointTrajectory
+from dressing_sim.episode.closed_loop import close_the_loop
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rollout import Observer, close_the_loop, follow, play
+from dressing_sim.episode.rollout import Observer, follow, play
 from dressing_sim.episode.rule import Rule
 from dressing_sim.episode.rules import RULES
 from dressing_sim.errors import DressingSimError, InvalidInputError

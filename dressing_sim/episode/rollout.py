@@ -1,24 +1,18 @@
-"""Loops over `Dressing` that carry out one episode: along a path, of joint commands, or closed."""
+"""Loops over `Dressing` that carry out one episode: along a path, or of joint commands."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.checks import real_vector
 from dressing_sim.control import JointTrajectory, track_path
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.meter import Row
-from dressing_sim.episode.observation import Force, Observation
-from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rules import UNREACHABLE
-from dressing_sim.inputs import asked_with, inputs_of
-from dressing_sim.path import policy_at_fault, policy_name, policy_seed, reset_policy
 from dressing_sim.world.simulation import World
 
 #: Called after every control step with the running world; for films and views.
@@ -46,20 +40,44 @@ def follow(
     if beyond > 0.0:
         told = f"the path leads {beyond:.3g} m beyond {FARTHEST:g} m from the robot's base"
         return _unreachable(dressing, beyond, told)
-    config = dressing.config.tracking
-    trajectory = track_path(
+    trajectory = tracked(dressing, path, path_dt)
+    error = max(dressing.start_error, trajectory.max_error)
+    if error > dressing.config.tracking.max_error:
+        return _unreachable(dressing, error, f"the robot stays {error:.3g} m from the path")
+    return play(dressing, trajectory, observer)
+
+
+def tracked(
+    dressing: Dressing, path: NDArray[np.float64], path_dt: float, longest: float | None = None
+) -> JointTrajectory:
+    """Joint commands that lead the gripper along a path from where the dressing starts.
+
+    Args:
+        dressing: It stays as it is.
+        path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
+        path_dt: Time between two rows [s].
+        longest: What comes later is left out [s]; the time limit if not given.
+    """
+    config = dressing.config
+    return track_path(
         path,
         path_dt,
         dressing.start_configuration,
         dressing.kinematics,
-        config,
+        config.tracking,
         # One step more, which says that the path was longer.
-        max_duration=dressing.config.time_limit + 2.0 * config.dt,
+        config.time_limit + 2.0 * config.tracking.dt if longest is None else longest,
     )
-    error = max(dressing.start_error, trajectory.max_error)
-    if error > config.max_error:
-        return _unreachable(dressing, error, f"the robot stays {error:.3g} m from the path")
-    return play(dressing, trajectory, observer)
+
+
+def begin(dressing: Dressing) -> Row:
+    """Begin anew with the first command of any path, which stays where the gripper is.
+
+    Who then steps along the targets of `tracked`, and holds, gets the bits of `follow`.
+    """
+    here = dressing.kinematics.tcp_pose(dressing.start_configuration)[0]
+    first = tracked(dressing, here[None], dressing.config.tracking.dt, longest=0.0)
+    return dressing.reset(first.positions[0], first.targets[0])
 
 
 def _unreachable(dressing: Dressing, error: float, detail: str) -> Recording:
@@ -83,58 +101,12 @@ def play(
     for command, target in zip(commands[1:], targets[1:], strict=True):
         if dressing.done:
             break
-        _keep(dressing, dressing.step_joints(command, target), positions, observer)
+        keep(dressing, dressing.step_joints(command, target), positions, observer)
     time_left = n_left * trajectory.dt - trajectory.left_out
-    return _recording(dressing, trajectory, positions, time_left)
+    return recorded(dressing, trajectory, positions, time_left)
 
 
-def close_the_loop(
-    dressing: Dressing, policy: Any, seed: int, observer: Observer | None = None
-) -> Recording:
-    """Ask a policy for a target in every step until it returns None, then hold the last one.
-
-    Args:
-        dressing: It begins anew.
-        policy: It has ``act``, and may have ``reset``.
-        seed: Of the policy's own randomness.
-        observer: Called after every control step.
-    """
-    name = policy_name(policy)
-    frames, forces = asked_with(policy, dressing.posture), inputs_of(policy) == "frames+force"
-    reset_policy(policy, policy_seed(policy, seed))
-    row = dressing.reset()
-    target, dt = dressing.start, dressing.config.tracking.dt
-    commands, targets, errors, positions = [row.joint_position], [target], [0.0], [row.tcp]
-    n_hold, held = round(dressing.config.hold / dt), 0
-    while not dressing.done and held < n_hold:
-        wanted = None
-        if held == 0:
-            force = Force(row.grip_force, row.link_force) if forces else None
-            wanted = policy.act(Observation(row.time, dt, row.tcp, target, frames, force))
-        if wanted is None:
-            held += 1
-        else:
-            with policy_at_fault():
-                target = real_vector(wanted, 3, f"{name}: act returned a target of", "m")
-        row = dressing.step(target)
-        if not _keep(dressing, row, positions, observer):
-            break
-        commands.append(dressing.command)
-        targets.append(dressing.target)
-        errors.append(dressing.target_error)
-        if errors[-1] > dressing.config.tracking.max_error:
-            break
-    trajectory = JointTrajectory(np.array(commands), dt, np.array(targets), np.array(errors))
-    n_left = round(dressing.config.time_limit / dt) + 1 - len(positions) if held >= n_hold else -1
-    recording = _recording(dressing, trajectory, positions, n_left * dt)
-    if recording.reach_left >= 0.0 or recording.broke is not None:
-        return recording
-    told = f"the robot stays {errors[-1]:.3g} m from the target"
-    failure = Failure(UNREACHABLE.name, told, row.time, row.armscye_s)
-    return replace(recording, outcome=Outcome(False, (failure,), recording.outcome.metrics))
-
-
-def _keep(
+def keep(
     dressing: Dressing,
     row: Row,
     positions: list[NDArray[np.float64]],
@@ -149,12 +121,13 @@ def _keep(
     return True
 
 
-def _recording(
+def recorded(
     dressing: Dressing,
     trajectory: JointTrajectory,
     positions: Sequence[NDArray[np.float64]],
     time_left: float,
 ) -> Recording:
+    """The episode that a dressing has just been, judged."""
     broke = dressing.invalid
     return Recording(
         dressing.outcome(time_left >= 0.0),

@@ -1,11 +1,17 @@
 """Policies that are asked for a target in every control step."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
+from dressing_sim.control.limits import MAX_ACCELERATION
+from dressing_sim.episode.closed_loop import ClosedLoop
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.record import record
+from dressing_sim.episode.rollout import begin, follow, tracked
+from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
 
 BRIEF = EpisodeConfig(hold=0.1, time_limit=1.0)
@@ -53,7 +59,7 @@ def test_a_policy_acts_in_every_step_until_it_returns_nothing_then_holds(posture
 def test_acting_on_targets_is_stepping_a_dressing(posture, up):
     recording = record(Follower(up), posture, config=BRIEF)
     made = Dressing(posture, BRIEF)
-    made.reset()
+    begin(made)
     rows = [made.step(target) for target in up]
     np.testing.assert_array_equal([row.tcp for row in rows], recording.trace.tcp[: len(up)])
 
@@ -87,3 +93,47 @@ def test_a_target_out_of_reach_is_unreachable_and_the_robot_stops(posture):
     assert recording.outcome.reasons == ("ik_unreachable",)
     assert "from the target" in recording.outcome.failures[0].detail
     assert recording.outcome.failures[0].time > 0.0
+
+
+def test_a_path_led_target_by_target_is_the_path_that_is_followed(posture):
+    start = Dressing(posture).start
+    path = np.linspace(start, np.add(start, [0.0, -0.05, 0.02]), 12)
+    config = EpisodeConfig(hold=0.1, time_limit=3.0)
+    played = follow(Dressing(posture, config), path, 0.05)
+    targets = tracked(Dressing(posture, config), path, 0.05).targets[1:]
+    led = record(Follower(targets), posture, config=config)
+    for one in fields(Trace):
+        ours, theirs = getattr(led.trace, one.name), getattr(played.trace, one.name)
+        np.testing.assert_array_equal(ours, theirs, err_msg=one.name)
+    assert led.outcome == played.outcome
+    assert led.time_left == pytest.approx(played.time_left)
+
+
+def test_a_robot_at_speed_brakes_within_its_limits_before_it_holds(posture):
+    made = Dressing(posture)
+    begin(made)
+    far = np.add(made.start, [0.0, 0.5, 0.0])
+    for _ in range(40):
+        made.step(far)
+    commands = [made.command]
+    for _ in range(40):
+        made.hold()
+        commands.append(made.command)
+    velocity = np.diff(commands, axis=0) / made.config.tracking.dt
+    acceleration = np.diff(velocity, axis=0) / made.config.tracking.dt
+    assert np.all(np.abs(acceleration).max(axis=0) <= np.multiply(MAX_ACCELERATION, 1.001))
+    assert np.abs(velocity[0]).max() > 0.0
+    np.testing.assert_array_equal(commands[-1], commands[-10])
+
+
+def test_who_stops_holding_goes_on(posture, up):
+    loop = ClosedLoop(Dressing(posture, BRIEF))
+    for _ in range(4):
+        loop.step(None)
+    assert not loop.over
+    loop.step(up[0])
+    assert loop.held == 0
+    for _ in range(5):
+        loop.step(None)
+    assert loop.finished
+    assert loop.over
