@@ -97,7 +97,7 @@ def check_size(width: int, height: int) -> None:
 
 
 class OffscreenRenderer:
-    """Draws states of one scene; use it as a context manager, one at a time in a process.
+    """Draws states of one scene; use it as a context manager, or close it.
 
     Args:
         posture: The mannequin's posture.
@@ -151,6 +151,7 @@ class OffscreenRenderer:
         Returns:
             Picture, shape (height, width, 3).
         """
+        self._gl.make_current()  # another renderer may have drawn since
         self._data.qpos[:] = qpos
         # Positions only: forces and contacts are the simulation's business.
         mujoco.mj_kinematics(self._model, self._data)
@@ -178,6 +179,7 @@ class OffscreenRenderer:
 
     def close(self) -> None:
         """Free the OpenGL context."""
+        self._gl.make_current()
         self._context.free()
         self._gl.free()
 
