@@ -116,6 +116,7 @@ class Task:
             InvalidInputError: It is of another shape or not finite.
         """
         numbers, dressing = checked_action(action, self._size), self.dressing
+        self.reward = 0.0
         if self._loop.over:
             return
         finish = self._arrived() if self.config.finish == "arrival" else numbers[-1] > 0.5
