@@ -24,7 +24,7 @@ from matplotlib import pyplot as plt
 
 HEIGHT = 0.09  # of the first path above the arm [m]
 SPEED = 0.10  # of the gripper along its path [m/s]
-SPREAD = 0.04  # standard deviation of the first offsets [m]
+SPREAD = 0.03  # standard deviation of the first offsets [m]
 FURTHEST = 0.20  # an offset is no larger, in each coordinate [m]
 DT = 0.02  # of a control step [s]
 ORANGE, BLUE = "#d55e00", "#0072b2"
@@ -37,6 +37,14 @@ class Trial:
     gained: float
     success: bool
     reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Generation:
+    """What the agent tried, and then the path that it held to be the best: its mean."""
+
+    tried: list[Trial]
+    learned: Trial
 
 
 def elbow_of(seen: dict[str, np.ndarray]) -> np.ndarray:
@@ -85,52 +93,51 @@ def try_out(env: gymnasium.Env, offsets: np.ndarray) -> Trial:
     return Trial(gained, info["is_success"], tuple(info["reasons"]))
 
 
-def learn(env: gymnasium.Env, generations: int, population: int, seed: int) -> list[list[Trial]]:
-    """The trials of each generation; the first of all is the path straight above the arm."""
+def learn(env: gymnasium.Env, generations: int, population: int, seed: int) -> list[Generation]:
+    """Every generation; before the first the agent would go straight above the arm."""
     bounds = np.tile([-FURTHEST, FURTHEST], (9, 1))
     search = CMA(np.zeros(9), SPREAD, bounds=bounds, seed=seed, population_size=population)
-    trials = [[try_out(env, np.zeros((3, 3)))]]
-    tell(0, trials[0])
-    for generation in range(1, generations + 1):
+    history = [Generation([], try_out(env, np.zeros((3, 3))))]
+    tell(0, history[0])
+    for number in range(1, generations + 1):
         asked = [search.ask() for _ in range(population)]
         tried = [try_out(env, offsets.reshape(3, 3)) for offsets in asked]
         search.tell([(x, -trial.gained) for x, trial in zip(asked, tried, strict=True)])
-        trials.append(tried)
-        tell(generation, tried)
-    return trials
+        history.append(Generation(tried, try_out(env, search.mean.reshape(3, 3))))
+        tell(number, history[-1])
+    return history
 
 
-def tell(generation: int, trials: list[Trial]) -> None:
+def tell(number: int, generation: Generation) -> None:
     """One line a generation."""
-    gained = [trial.gained for trial in trials]
-    succeeded = sum(trial.success for trial in trials)
-    failed = sorted({reason for trial in trials for reason in trial.reasons})
+    learned, tried = generation.learned, generation.tried
+    how = "dressed" if learned.success else ", ".join(learned.reasons)
+    dressed = sum(trial.success for trial in tried)
     print(
-        f"generation {generation}: return {np.mean(gained):.2f} (best {max(gained):.2f}), "
-        f"{succeeded} of {len(trials)} succeed{'; ' if failed else ''}{', '.join(failed)}",
+        f"generation {number}: {dressed} of {len(tried)} tries dressed the arm; "
+        f"learned so far: return {learned.gained:.2f}, {how}",
         flush=True,
     )
 
 
-def draw(trials: list[list[Trial]], posture: str, out: str) -> None:
-    """The learning curve: every episode, and the mean of each generation."""
-    figure, axes = plt.subplots(figsize=(6.0, 3.6), layout="constrained")
-    for success, colour, name in ((True, BLUE, "dressed"), (False, ORANGE, "not dressed")):
+def draw(history: list[Generation], posture: str, out: str) -> None:
+    """The learning curve: every try, and what was learned after each generation."""
+    figure, axes = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
+    for success, colour, name in ((True, BLUE, "a try, dressed"), (False, ORANGE, "not dressed")):
         points = [
-            (generation, trial.gained)
-            for generation, tried in enumerate(trials)
-            for trial in tried
+            (number, trial.gained)
+            for number, generation in enumerate(history)
+            for trial in generation.tried
             if trial.success == success
         ]
         if points:
-            axes.scatter(*zip(*points, strict=True), s=22, color=colour, label=name, zorder=3)
-    means = [np.mean([trial.gained for trial in tried]) for tried in trials]
-    axes.plot(means, color="#555555", label="mean of the generation")
-    axes.set_xlabel(f"generation of {len(trials[-1])} episodes (0: straight above the arm)")
+            axes.scatter(*zip(*points, strict=True), s=18, color=colour, label=name, zorder=3)
+    axes.plot([one.learned.gained for one in history], color="#555555", label="learned so far")
+    axes.set_xlabel(f"generation of {len(history[-1].tried)} tries (0: straight above the arm)")
     axes.set_ylabel("return")
     axes.set_title(f"CMA-ES on three points of the path, posture {posture}", fontsize=10)
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=9)
     figure.savefig(out, dpi=150)
     plt.close(figure)
 
@@ -145,13 +152,13 @@ def main() -> None:
     parser.add_argument("--out", help="file for the learning curve")
     args = parser.parse_args()
     env = gymnasium.make(dressing_sim.envs.GYMNASIUM_ID, posture=args.posture)
-    trials = learn(env, args.generations, args.population, args.seed)
+    history = learn(env, args.generations, args.population, args.seed)
     env.close()
-    episodes = sum(len(tried) for tried in trials)
-    first = next((g for g, tried in enumerate(trials) if any(t.success for t in tried)), None)
-    print(f"{episodes} episodes; first dressed in generation {first}")
+    episodes = sum(len(one.tried) + 1 for one in history)
+    first, last = history[0].learned.gained, history[-1].learned.gained
+    print(f"{episodes} episodes; the return went from {first:.2f} to {last:.2f}")
     if args.out:
-        draw(trials, args.posture, args.out)
+        draw(history, args.posture, args.out)
         print(f"wrote {args.out}")
 
 

@@ -10,7 +10,6 @@ from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
 from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.suites.suites import load_suite
 
 pytest.importorskip("dm_control.rl.control")
 
@@ -33,11 +32,9 @@ class TestContract(test_utils.EnvironmentTestMixin, absltest.TestCase):
         yield from [STAY] * 3 + [FINISH] * 8 + [STAY] * 22
 
 
-@pytest.mark.parametrize("name", ["bent40", "bent65"])
-def test_a_path_is_the_same_episode_as_natively(name):
-    posture = {one.name: one for one in load_suite("paper5")}[name]
+def test_a_path_is_the_same_episode_as_natively(posture):
     native = record(Operator(), posture, seed=3)
-    environment = dm.load(name, control="target")
+    environment = dm.load(posture, control="target")
     step, task = environment.reset(), environment.physics.task
     for action in task.actions(Operator(), seed=3):
         step = environment.step(action)

@@ -70,8 +70,8 @@ def test_it_can_be_made_by_name_alone():
     assert done.stdout.strip() == GYMNASIUM_ID
 
 
-@pytest.mark.parametrize("name", ["bent25", "bent65"])
-def test_a_path_is_the_same_episode_as_natively(name):
+def test_a_path_is_the_same_episode_as_natively():
+    name = "bent65"
     posture = {one.name: one for one in load_suite("paper5")}[name]
     native = record(Operator(), posture, seed=3)
     ours, info = played(made(name, control="target"), Operator(), seed=3)
