@@ -16,8 +16,7 @@ from dressing_sim.episode.record import PathSource
 from dressing_sim.episode.recording import Recording
 from dressing_sim.errors import InvalidInputError
 
-#: What `DressArm.reset` takes as options.
-OPTIONS = ("posture", "suite")
+OPTIONS = ("posture", "suite")  # of `DressArm.reset`
 
 
 class DressArm(gymnasium.Env[dict[str, NDArray[Any]], NDArray[np.float64]]):
@@ -124,8 +123,7 @@ class DressArm(gymnasium.Env[dict[str, NDArray[Any]], NDArray[np.float64]]):
         self, action: NDArray[np.float64]
     ) -> tuple[dict[str, NDArray[Any]], float, bool, bool, dict[str, Any]]:
         """One control step; once the episode is over nothing happens any more."""
-        task = self.task
-        task.act(action)
+        (task := self.task).act(action)
         ends = task.terminated, task.truncated
         return task.observation(), task.reward, *ends, task.information()
 

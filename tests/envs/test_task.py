@@ -1,5 +1,7 @@
 """An agent in a dressing: when it ends, what it is told, and what it is rewarded for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,6 +90,17 @@ def test_a_world_that_breaks_down_truncates_and_says_why(posture, tmp_path, monk
     told = task.information()
     assert "step" in told["invalid"] or "non-finite" in told["invalid"] or "BAD" in told["invalid"]
     assert not told["is_success"]
+
+
+def test_a_world_that_is_broken_from_the_start_is_cut_at_once(posture):
+    task = begun(posture)
+    spoilt = task.dressing._settled.world.copy()
+    spoilt.data.warning.number[0] = 1
+    task.dressing._settled = replace(task.dressing._settled, world=spoilt)
+    task.begin(posture)
+    assert acted(task, STAY).truncated
+    assert "solver warning" in task.information()["invalid"]
+    assert task.reward == 0.0
 
 
 def test_after_the_end_nothing_happens(posture):
