@@ -38,6 +38,7 @@ def examine() -> Iterator[Finding]:
     yield Finding("python", sys.version_info >= (3, 11), platform.python_version())
     yield _check("packages", lambda: ", ".join(f"{k} {v}" for k, v in versions().items()))
     yield _check("numerics", _numerics)
+    yield _check("compiled loops", _compiled)
     yield _check("robot description", _robot)
     yield _check("simulation", _simulation)
     yield _check("suites", _suites)
@@ -56,6 +57,17 @@ def _numerics() -> str:
     told = ", ".join(f"{name} {value}" for name, value in numerics().items())
     apart = " ".join(f"{name}='{value}'" for name, value in common_environment().items())
     return f"{told}; as on other processors with: {apart}" if apart else told
+
+
+def _compiled() -> str:
+    from dressing_sim.learning import dtw_distance
+
+    # Two points a metre apart of two: the first pair counts once, the step to the next twice,
+    # and the sum is of four points.
+    distance = dtw_distance(np.zeros((2, 3)), np.eye(1, 3).repeat(2, axis=0))
+    if not np.isclose(distance, 0.75):
+        raise DressingSimError(f"a distance of 0.75 comes out as {distance:g}; reinstall numba")
+    return "work"
 
 
 def _robot() -> str:

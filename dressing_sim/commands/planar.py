@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from dressing_sim.archives import to_json
+from dressing_sim.benchmark.run.progress import show_progress
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_output, is_leftover, unwritable, write_files
 from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
@@ -104,19 +104,15 @@ def planar(
     data = generate(seed) if demos is None else load(demos, validation)
     check_study(data, config, workers)
     total = runs * len(config.methods) * (2 if data.validation else 1)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as progress:
-        task = progress.add_task("Algorithm 1", total=total)
+    done = 0
+    with show_progress(Console(stderr=True)) as tell:
 
         def advance(run: Run) -> None:
-            progress.update(task, advance=1, description=f"{run.selection}, {run.method}")
+            nonlocal done
+            done += 1
+            tell("Algorithm 1", done, total, f"{run.selection}, {run.method}")
 
-        try:
-            study = run_study(data, config, workers, advance)
-        except InvalidInputError:
-            # What is left of the bar would stand before the one line of the error.
-            progress.live.transient = True
-            raise
+        study = run_study(data, config, workers, advance)
     result = {**summary(study), "provenance": provenance()}
     text = to_json(result, "the study's result", indent=2) + "\n"
     if out is not None:

@@ -90,9 +90,11 @@ class DressArm(gymnasium.Env[dict[str, NDArray[Any]], NDArray[np.float64]]):
         self.render_mode = render_mode
         self._given = posture, suite
         self.task = Task(env_config(choices))
-        self.action_space = _box(self.task.config.action_range)
+        self.action_space: spaces.Space[Any] = _box(self.task.config.action_range)
         ranges = self.task.config.observation_ranges
-        self.observation_space = spaces.Dict({name: _box(one) for name, one in ranges.items()})
+        self.observation_space: spaces.Space[Any] = spaces.Dict(
+            {name: _box(one) for name, one in ranges.items()}
+        )
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -1,25 +1,14 @@
-"""What makes pictures look right and physics does not see: the robot's skin, floor, light, camera.
-
-The Panda's visual meshes ship as COLLADA, which MuJoCo cannot read. They are converted on first
-use, one OBJ a link and colour, into the user's cache folder.
-"""
+"""What makes pictures look right and physics does not see: robot skin, floor, light, camera."""
 
 from __future__ import annotations
 
-import os
-import re
-import tempfile
 import xml.etree.ElementTree as ET
-from collections import defaultdict
-from importlib.metadata import version
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
-import platformdirs
 from scipy.spatial.transform import Rotation
 
+from dressing_sim.pictures.meshes import converted_meshes
 from dressing_sim.world.mannequin import ARM_LINKS
 from dressing_sim.world.panda import mesh_path, urdf_path
 
@@ -29,58 +18,6 @@ VISUAL_GROUP, COLLISION_GROUP = 2, 3
 #: How far inside the surface that contacts see the arm's skin is drawn [m]: own choice, what cloth
 #: sinks in under a usual load. Real skin would give way; ours, drawn in full, would poke through.
 SKIN_INSET = 0.006
-
-_COLOUR = re.compile(r"_([0-9a-f]{6})\.obj$")
-
-
-def cache_folder() -> Path:
-    """Where converted meshes are kept; one folder a version of the robot's data."""
-    root = Path(platformdirs.user_cache_dir("dressing_sim", appauthor=False))
-    return root / f"panda-{version('example-robot-data')}"
-
-
-def converted_meshes(collada: Path) -> list[tuple[Path, tuple[float, float, float]]]:
-    """OBJ files of a COLLADA file, one a colour, converted if the cache has them not.
-
-    Args:
-        collada: A .dae file.
-
-    Returns:
-        Path of each OBJ file and its colour, red, green, blue from 0 to 1.
-    """
-    folder = cache_folder() / collada.stem
-    if not folder.is_dir():
-        _convert(collada, folder)
-    files = sorted(folder.glob("*.obj"))
-    colours = [_COLOUR.search(file.name).group(1) for file in files]  # type: ignore[union-attr]
-    return [
-        (file, tuple(int(colour[i : i + 2], 16) / 255.0 for i in (0, 2, 4)))  # type: ignore[misc]
-        for file, colour in zip(files, colours, strict=True)
-    ]
-
-
-def _convert(collada: Path, folder: Path) -> None:
-    # Imported here: only the first picture on a machine needs a mesh library.
-    import trimesh
-
-    parts: list[Any] = trimesh.load_scene(collada).dump()
-    by_colour = defaultdict(list)
-    for mesh in parts:
-        by_colour[bytes(mesh.visual.material.main_color[:3]).hex()].append(mesh)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as temporary:
-        for colour, meshes in by_colour.items():
-            merged: Any = trimesh.util.concatenate(
-                [trimesh.Trimesh(m.vertices, m.faces, process=False) for m in meshes]
-            )
-            merged.export(Path(temporary) / f"{collada.stem}_{colour}.obj", include_normals=True)
-        try:
-            os.rename(temporary, folder)
-        except OSError:
-            if not folder.is_dir():  # else another process was faster, and its files are the same
-                raise
-        else:
-            os.mkdir(temporary)  # for TemporaryDirectory to remove
 
 
 def add_visuals(spec: mujoco.MjSpec) -> None:
@@ -105,18 +42,21 @@ def _add_robot_skin(spec: mujoco.MjSpec) -> None:
             rpy = [0.0] * 3 if origin is None else [float(v) for v in origin.get("rpy", "").split()]
             quat = Rotation.from_euler("xyz", rpy).as_quat(scalar_first=True)
             body = spec.body(link.get("name"))
-            for file, colour in converted_meshes(mesh_path(mesh.get("filename", ""))):
-                if spec.mesh(file.stem) is None:
+            collada = mesh_path(mesh.get("filename", ""))
+            for code, content in converted_meshes(collada).items():
+                name = f"{collada.stem}_{code}"
+                if spec.mesh(name) is None:
+                    spec.assets[f"{name}.obj"] = content.encode()
                     spec.add_mesh(
-                        name=file.stem,
-                        file=str(file),
+                        name=name,
+                        file=f"{name}.obj",
                         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
                     )
                 body.add_geom(
                     type=mujoco.mjtGeom.mjGEOM_MESH,
-                    meshname=file.stem,
+                    meshname=name,
                     quat=quat,
-                    rgba=[*colour, 1.0],
+                    rgba=[*(byte / 255.0 for byte in bytes.fromhex(code)), 1.0],
                     contype=0,
                     conaffinity=0,
                     mass=0.0,

@@ -41,7 +41,7 @@ from dressing_sim.system import (
 _LOG = 64 * 2**20
 
 #: How long a process may take to begin: Python, numpy and the policy's own imports [s].
-_START = 60.0
+START = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Host:
             self._process.start()
         other.close()
         try:
-            begun = self._connection.poll(_START) and self._connection.recv() == "begun"
+            begun = self._connection.poll(START) and self._connection.recv() == "begun"
         except (EOFError, OSError):
             begun = False
         if not begun:
@@ -151,8 +151,7 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
             what, arguments, path = connection.recv()
         except (EOFError, OSError):
             os._exit(0)
-        # A policy may be a file in the folder where the command was typed.
-        sys.path[:] = [*path, os.getcwd()]
+        sys.path[:] = [*path, *_here()]
         invalidate_caches()
         try:
             answer = True, single_threaded(getattr(server, what), *arguments)
@@ -163,6 +162,14 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
             connection.send(answer)
         except Exception as error:  # an answer that cannot be sent
             connection.send((False, described_error(error)))
+
+
+def _here() -> list[str]:
+    """The folder where the command was typed, as a policy may be a file in it; it may be gone."""
+    try:
+        return [os.getcwd()]
+    except OSError:
+        return []
 
 
 def _print_to(log: Path | None) -> None:

@@ -17,7 +17,7 @@ from dressing_sim.inputs import fit
 from dressing_sim.learning import DemonstrationLike, Policy, Situation
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.path import Path, checked_path, reset_policy, seed_argument
-from dressing_sim.policies.host import Host, PolicyLimits, described_error
+from dressing_sim.policies.host import START, Host, PolicyLimits, described_error
 from dressing_sim.policies.hyperparameters import split_name
 from dressing_sim.policies.registry import built_in, known_name, make_policy
 
@@ -167,7 +167,10 @@ class Unfit:
 
 def _described(name: str, limits: PolicyLimits) -> Mapping[str, Any]:
     """What a policy of other people says of itself before it learns."""
-    found: Mapping[str, Any] = _host(limits, None).ask(limits.fit_time, "describe", name)
+    # Its module is imported meanwhile, which is no learning.
+    found: Mapping[str, Any] = _host(limits, None).ask(
+        max(START, limits.fit_time), "describe", name
+    )
     return found
 
 

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from dressing_sim import doctor
+from dressing_sim import doctor, learning
 from dressing_sim.cli import main
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures import rendering
@@ -21,7 +21,10 @@ def quick(monkeypatch):
 
 def test_this_installation_is_well():
     found = findings()
-    assert {"python", "packages", "robot description", "simulation", "suites"} <= set(found)
+    assert {
+        *("python", "packages", "compiled loops"),
+        *("robot description", "simulation", "suites"),
+    } <= set(found)
     ill = [finding for finding in found.values() if finding.needed and not finding.ok]
     assert ill == []
     assert "mujoco 4.0" in found["packages"].detail
@@ -52,6 +55,11 @@ def test_a_broken_installation_is_exit_code_1_and_each_finding_a_line(quick, mon
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("FAILED   robot description: ") for line in lines)
     assert any(line.startswith("ok       suites: ") for line in lines)
+
+
+def test_loops_that_compute_something_else_are_found(quick, monkeypatch):
+    monkeypatch.setattr(learning, "dtw_distance", lambda *paths: 0.7)
+    assert not findings()["compiled loops"].ok
 
 
 def test_without_pictures_evaluation_still_works(quick, monkeypatch, capsys):

@@ -30,6 +30,16 @@ def test_json_is_all_that_goes_to_standard_output(capsys):
     assert "Algorithm 1" in output.err or "noise" in output.err
 
 
+def test_a_study_that_fails_leaves_the_one_line_of_the_error_alone(capsys, monkeypatch):
+    def fails(*arguments):
+        raise InvalidInputError("a component's covariance became singular")
+
+    monkeypatch.setattr(sys.modules["dressing_sim.commands.planar"], "run_study", fails)
+    with pytest.raises(InvalidInputError):
+        planar(**SHORT)
+    assert capsys.readouterr().err == ""
+
+
 def test_a_table_and_files(capsys, tmp_path):
     planar(out=tmp_path / "a" / "b", **SHORT)
     table = capsys.readouterr().out

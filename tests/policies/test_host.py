@@ -2,6 +2,7 @@
 
 import subprocess
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from dressing_sim.policies.host import Host, PolicyLimits
 from dressing_sim.policies.hosted import hosted_policy
 
 LIMITS = PolicyLimits(fit_time=3.0, generate_time=3.0, memory=1.0)
+
+#: For those who come to an end, however busy the machine is.
+PATIENT = replace(LIMITS, fit_time=120.0, generate_time=120.0)
 
 BROKEN = {
     "Raises": r"ValueError: no idea what to do \(broken\.py, line \d+, in generate: raise",
@@ -44,7 +48,8 @@ def asked(posture):
 
 
 def answer(name, posture, demonstration, log=None):
-    policy = hosted_policy(f"broken:{name}", 0, LIMITS, log).fit([demonstration])
+    limits = LIMITS if "took longer" in BROKEN.get(name, "") else PATIENT
+    policy = hosted_policy(f"broken:{name}", 0, limits, log).fit([demonstration])
     return policy_path(policy, posture, np.array([0.4, 0.1, 0.3]), 0, 0.05, 60.0)
 
 
@@ -112,6 +117,19 @@ def test_a_module_that_is_there_only_now_is_found_by_a_process_that_runs(tmp_pat
         monkeypatch.syspath_prepend(tmp_path)
         host.ask(60.0, "describe", "only_now:Late")
         assert host._process.pid == first
+    finally:
+        host.close()
+
+
+def test_a_folder_that_has_gone_is_no_reason_to_give_up(tmp_path, monkeypatch):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    host = Host(LIMITS)
+    try:
+        host.ask(60.0, "describe", "broken:Fine")
+        gone.rmdir()
+        host.ask(60.0, "describe", "broken:Fine")
     finally:
         host.close()
 
