@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import zipfile
 import zlib
 from collections.abc import Collection
@@ -84,7 +85,10 @@ def read_npz(path: str | Path, needed: Collection[str] = (), most: int = MOST_BY
             }
     except zipfile.BadZipFile as error:
         raise InvalidInputError(f"{path}: not an npz archive, or damaged ({error})") from error
-    except (EOFError, RuntimeError, zlib.error) as error:  # encrypted, or packed in an odd way
+    except InvalidInputError:
+        raise
+    # Encrypted, packed in an odd way, or with names, places or extra fields that are none.
+    except (EOFError, RuntimeError, ValueError, OverflowError, struct.error, zlib.error) as error:
         raise InvalidInputError(f"{path}: damaged ({one_line(str(error))})") from error
     except OSError as error:
         raise unreadable(path, error) from error

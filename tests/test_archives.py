@@ -99,6 +99,31 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, read):
     refused(read, path, "valid is at most")
 
 
+@pytest.mark.parametrize("changed", [0xFF, 0x80, 0x0E, 0x00])
+def test_whatever_byte_of_an_archive_is_changed_it_is_read_or_refused(tmp_path, changed):
+    path = packed(tmp_path / "some.npz", t=header((4,)) + bytes(32), xy=header((2,)) + bytes(16))
+    sound = path.read_bytes()
+    refused = 0
+    for place in range(len(sound)):
+        path.write_bytes(sound[:place] + bytes([sound[place] ^ changed]) + sound[place + 1 :])
+        try:
+            read_npz(path)
+        except InvalidInputError as error:
+            assert "\n" not in str(error)
+            refused += 1
+    assert (refused > 0) == (changed > 0)
+
+
+def test_a_name_that_is_no_text_is_damage(tmp_path):
+    path = packed(tmp_path / "some.npz", name=header((4,)) + bytes(32))
+    content = bytearray(path.read_bytes())
+    directory = content.rfind(b"PK\x01\x02")
+    content[directory + 9] |= 0x08  # the name is UTF-8, it says
+    content[directory + 46] = 0xFB
+    path.write_bytes(content)
+    refused(read_npz, path, "damaged")
+
+
 def test_an_encrypted_and_a_damaged_archive_are_refused(tmp_path):
     path = packed(tmp_path / "some.npz", t=header((4,)) + bytes(32))
     content = bytearray(path.read_bytes())
