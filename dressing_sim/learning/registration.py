@@ -1,8 +1,8 @@
 """Demonstrations brought into phase: the same row is the same moment of the task in all of them.
 
-Each is trimmed of standing still, cut at events of its own motion (the same ones in all), and each
-piece resampled evenly along its length; what is left is aligned by dynamic time warping with a
-reference, on coordinates in which demonstrations can be compared.
+Each is trimmed of standing still, cut at events of its own motion, the same ones in all, and each
+piece resampled evenly along its length. What is then left is aligned by dynamic time warping, after
+all were carried to one situation: only there can they be compared.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.dtw import dtw
 from dressing_sim.learning.frame import FloatArray
+from dressing_sim.learning.transport import Transport
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +26,12 @@ class Phased:
     Attributes:
         points: Positions (N, p) at N phases.
         times: When they were passed, (N,), from zero, never falling [s].
+        cuts: Rows at which it was cut.
     """
 
     points: FloatArray
     times: FloatArray
-
-    def at(self, rows: FloatArray) -> Phased:
-        """The path at other phases, (n,) fractions of rows, by linear interpolation."""
-        own = np.arange(len(self.points), dtype=np.float64)
-        points = np.column_stack([np.interp(rows, own, column) for column in self.points.T])
-        return Phased(points, np.interp(rows, own, self.times))
+    cuts: tuple[int, ...] = ()
 
 
 def moving(positions: FloatArray, still: float) -> slice:
@@ -46,11 +43,11 @@ def moving(positions: FloatArray, still: float) -> slice:
     """
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     reach = still * float(steps.sum())
-    left = np.linalg.norm(positions - positions[0], axis=1) > reach
-    right = np.linalg.norm(positions - positions[-1], axis=1) > reach
-    first = max(int(np.argmax(left)) - 1, 0)
-    last = len(positions) - max(int(np.argmax(right[::-1])) - 1, 0)
-    return slice(first, last) if last - first > 1 else slice(0, len(positions))
+    begun = np.linalg.norm(positions - positions[0], axis=1) > reach
+    to_go = np.linalg.norm(positions - positions[-1], axis=1) > reach
+    first = max(int(np.argmax(begun)) - 1, 0)
+    last = len(positions) - max(int(np.argmax(to_go[::-1])) - 1, 0)
+    return slice(first, last) if last - first > 2 else slice(0, len(positions))
 
 
 def by_length(positions: FloatArray, dt: float, cuts: Sequence[int], rows: int) -> Phased:
@@ -61,44 +58,79 @@ def by_length(positions: FloatArray, dt: float, cuts: Sequence[int], rows: int) 
         dt: Time between two of its rows [s].
         cuts: Rows at which it is cut, rising, neither the first nor the last.
         rows: Of each piece; neighbours share one.
+
+    Raises:
+        InvalidInputError: Cuts that do not rise.
     """
     edges = [0, *cuts, len(positions) - 1]
-    if any(b <= a for a, b in zip(edges, edges[1:], strict=False)):
-        raise InvalidInputError(f"cuts at {[*cuts]} of {len(positions)} rows; valid are rising ones")
+    if np.any(np.diff(edges) <= 0):
+        raise InvalidInputError(
+            f"cuts at {[*cuts]} of {len(positions)} rows, valid are rising ones"
+        )
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     # A trace of time keeps the length rising where the path rests.
-    steps = steps + 1e-9 * (steps.sum() + 1.0)
-    length = np.concatenate([[0.0], np.cumsum(steps)])
-    pieces = [
-        np.linspace(length[a], length[b], rows)[(0 if a == 0 else 1) :]
-        for a, b in zip(edges, edges[1:], strict=False)
-    ]
-    wanted = np.concatenate(pieces)
-    points = np.column_stack([np.interp(wanted, length, column) for column in positions.T])
-    return Phased(points, np.interp(wanted, length, np.arange(len(positions)) * dt))
+    length = np.concatenate([[0.0], np.cumsum(steps + 1e-9 * steps.sum())])
+    places = np.interp(
+        np.arange((len(edges) - 1) * (rows - 1) + 1) / (rows - 1),
+        np.arange(len(edges)),
+        length[edges],
+    )
+    times = np.interp(places, length, np.arange(len(positions)) * dt)
+    points = np.column_stack([np.interp(places, length, column) for column in positions.T])
+    inner = tuple(int(cut) for cut in (rows - 1) * np.arange(1, len(edges) - 1))
+    return Phased(points, times, inner)
 
 
-def warped_rows(
-    path: FloatArray, reference: FloatArray, smooth: float
-) -> FloatArray:
-    """Where in a path (N, p) each row of a reference (N, p) is, (N,), rising.
-
-    The alignment is the one of `dtw`, smoothed: it has steps where the paths are not alike.
+def in_phase(
+    paths: Sequence[Phased],
+    landmarks: Sequence[FloatArray],
+    length: float,
+    noise: float,
+    width: float,
+) -> list[Phased]:
+    """Paths with the same cuts, aligned between the cuts with the first of them.
 
     Args:
-        path: In coordinates in which it can be compared with the reference.
-        reference: The like.
-        smooth: Width of the smoothing as a fraction of the rows.
+        paths: All with the same number of rows.
+        landmarks: Of each path's situation, (K, p).
+        length: See `Transport.between`.
+        noise: The like.
+        width: Over which fraction of a piece the alignment is smoothed.
     """
+    reference = paths[0]
+    aligned = [reference]
+    for path, own in zip(paths[1:], landmarks[1:], strict=True):
+        carried = Transport.between(own, landmarks[0], length, noise)(path.points)
+        edges = [0, *path.cuts, len(carried) - 1]
+        rows = [np.zeros(1)]
+        for begin, end in zip(edges, edges[1:], strict=False):
+            piece = slice(begin, end + 1)
+            found = _warped(carried[piece], reference.points[piece], width)
+            rows.append(begin + found[1:])
+        aligned.append(_at(path, np.concatenate(rows)))
+    return aligned
+
+
+def _at(path: Phased, rows: FloatArray) -> Phased:
+    """A path at fractions of its rows, by linear interpolation."""
+    own = np.arange(len(path.points))
+    points = np.column_stack([np.interp(rows, own, column) for column in path.points.T])
+    return Phased(points, np.interp(rows, own, path.times), path.cuts)
+
+
+def _warped(path: FloatArray, reference: FloatArray, width: float) -> FloatArray:
+    """Where in a path (N, p) each row of a reference (N, p) is: (N,), rising, its ends kept."""
     pairs = dtw(reference, path).path
-    count = np.bincount(pairs[:, 0], minlength=len(reference))
-    rows: NDArray[np.float64] = np.bincount(pairs[:, 0], pairs[:, 1]) / count
     own = np.arange(len(reference), dtype=np.float64)
-    slack = rows - own * (len(path) - 1) / (len(reference) - 1)
-    width = smooth * len(reference)
-    kernel = np.exp(-0.5 * ((own[:, None] - own[None]) / width) ** 2)
-    # Pinned at both ends, where the paths meet.
-    fade = np.minimum(1.0, np.minimum(own, own[::-1]) / (2.0 * width))
-    smoothed = fade * (kernel @ slack) / kernel.sum(axis=1)
-    found = own * (len(path) - 1) / (len(reference) - 1) + smoothed
-    return np.clip(np.maximum.accumulate(found), 0.0, len(path) - 1.0)
+    matched: NDArray[np.float64] = np.bincount(pairs[:, 0], pairs[:, 1]) / np.bincount(pairs[:, 0])
+    # Where paths are not alike the best alignment waits and leaps: its smooth part is kept.
+    fade = np.minimum(1.0, np.minimum(own, own[::-1]) / (2.0 * width * len(own)))
+    rows = own + fade * smoothed((matched - own)[:, None], width)[:, 0]
+    return np.clip(np.maximum.accumulate(rows), 0.0, own[-1])
+
+
+def smoothed(values: FloatArray, width: float) -> FloatArray:
+    """Rows (N, p) averaged with a Gaussian whose standard deviation is a fraction of them."""
+    rows = np.arange(len(values))
+    weights = np.exp(-0.5 * ((rows[:, None] - rows) / (width * len(values))) ** 2)
+    return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))

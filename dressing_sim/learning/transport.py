@@ -21,7 +21,6 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from dressing_sim.checks import real_array, real_number
-from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray
 
 
@@ -67,9 +66,7 @@ class Transport:
     amplitude: float
 
     @classmethod
-    def between(
-        cls, sources: FloatArray, targets: FloatArray, length: float, noise: float
-    ) -> Self:
+    def between(cls, sources: FloatArray, targets: FloatArray, length: float, noise: float) -> Self:
         """The map that takes landmarks to landmarks.
 
         Args:
@@ -113,37 +110,3 @@ def _kernel(a: FloatArray, b: FloatArray, length: float) -> FloatArray:
     """Squared exponential between points (N, p) and (K, p): (N, K), one at distance zero."""
     squares = np.sum((a[:, None] - b[None]) ** 2, axis=2)
     return np.exp(-0.5 * squares / length**2)
-
-
-@dataclass(frozen=True, eq=False)
-class Agreement:
-    """Bayesian linear regression over demonstrations that were carried to one situation.
-
-    If transport were perfect all of them would agree. What is left is explained by a feature z of
-    the situations, point by point and coordinate by coordinate, with a prior for no slope:
-
-        y_m = c + b (z_m - mean z) + e,    e ~ N(0, s^2),    b ~ N(0, d^2),    c flat.
-
-    Attributes:
-        weights: How much each demonstration counts in an answer, (M,); they add to one.
-        variance: Posterior variance of an answer's mean, divided by s^2.
-    """
-
-    weights: FloatArray
-    variance: float
-
-    @classmethod
-    def at(cls, feature: float, seen: FloatArray, slope_to_noise: float) -> Self:
-        """The regression at a feature.
-
-        Args:
-            feature: z of the situation that is asked for.
-            seen: z of the demonstrations, (M,).
-            slope_to_noise: d / s; zero for the plain mean.
-        """
-        z = np.asarray(seen, dtype=np.float64)
-        centred, step = z - z.mean(), feature - float(np.mean(z))
-        ratio = slope_to_noise**2
-        gain = ratio * step / (1.0 + ratio * float(centred @ centred))
-        variance = 1.0 / len(z) + gain * step
-        return cls(1.0 / len(z) + gain * centred, variance)
