@@ -8,8 +8,8 @@ alike situations give the mean:
     y_m = c + b (z_m - mean z) + e,    e ~ N(0, s^2),    b ~ N(0, d^2),    c flat,
 
 for each coordinate of each phase, where y_m is a point of demonstration m carried to the situation,
-z_m the feature of its own situation and d / s given. The answer at z has mean ``w . y`` and variance
-``s^2 v``, with z counted from the mean, r = d / s and g = r^2 z / (1 + r^2 sum z_m^2):
+z_m the feature of its own situation, and d / s given. The answer at z has mean ``w . y`` and
+variance ``s^2 v``, with z counted from the mean, r = d / s and g = r^2 z / (1 + r^2 sum z_m^2):
 
     w_m = 1 / M + g z_m,    v = 1 / M + g z.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +104,7 @@ def in_phase(
         carried = Transport.between(own, landmarks[0], length, noise)(path.points)
         edges = [0, *path.cuts, len(carried) - 1]
         rows = [np.zeros(1)]
-        for begin, end in zip(edges, edges[1:], strict=False):
+        for begin, end in pairwise(edges):
             piece = slice(begin, end + 1)
             found = _warped(carried[piece], reference.points[piece], width)
             rows.append(begin + found[1:])

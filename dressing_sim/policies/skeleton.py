@@ -1,4 +1,4 @@
-"""The skeleton of an arm that two frames describe: its elbow, its landmarks, what is clear of it."""
+"""The skeleton of an arm that two frames describe: its elbow and its landmarks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from dressing_sim.arm import Vector, up_across

@@ -1,8 +1,8 @@
 """Transport regression: demonstrations carried along with the arm, and what they agree on.
 
-Of the two frames it makes the skeleton of the arm. Demonstrations are brought into phase, carried to
-the arm that is to be dressed along landmarks of the skeletons, and combined by a regression on how
-far the elbow turns sideways (`dressing_sim.learning.carried`). The answer keeps as clear of the
+Of the two frames it makes the skeleton of the arm. Demonstrations are brought into phase, carried
+to the arm that is to be dressed along landmarks of the skeletons, and combined by a regression on
+how far the elbow turns sideways (`dressing_sim.learning.carried`). The answer keeps as clear of the
 skeleton, phase by phase, as the demonstrations did, and begins where the gripper is.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from dressing_sim.checks import real_array, real_vector
+from dressing_sim.checks import real_array, real_number, real_vector
 from dressing_sim.config import check_kinds, from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, Frame
@@ -178,8 +178,11 @@ class TransportPolicy:
     ) -> Self:
         """The policy that `state` came from."""
         policy = cls(from_plain(TransportConfig, settings["config"]))
-        parts = (arrays[name] for name in ("points", "times", "places", "bones"))
-        policy._fitted = _Fitted.of(policy.config, *parts, float(settings["dt"]))
+        points, times, places, bones = (
+            arrays[name] for name in ("points", "times", "places", "bones")
+        )
+        dt = real_number(settings["dt"], "dt", 0.0, above=True)
+        policy._fitted = _Fitted.of(policy.config, points, times, places, bones, dt)
         return policy
 
     def _known(self) -> _Fitted:
