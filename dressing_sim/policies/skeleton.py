@@ -107,7 +107,7 @@ class Skeleton:
         return float(np.linalg.norm(np.cross(self.onward, self.upper_arm)))
 
     def landmarks(
-        self, height: float, ahead: Sequence[float], stations: int
+        self, height: float, ahead: ArrayLike, stations: int
     ) -> NDArray[np.float64]:
         """Places (K, 3) that every arm has, in the robot's base frame [m].
 
