@@ -92,28 +92,30 @@ class Skeleton:
         return np.asarray(np.linalg.norm(ends - self.elbow, axis=1))
 
     @property
-    def onward(self) -> Vector:
-        """The forearm's direction as far as it keeps to the upper arm's level, (3,).
+    def sideways(self) -> float:
+        """How far the elbow turns sideways: the part of `forearm` level beside the upper arm."""
+        beside = np.cross(up_across(self.upper_arm), self.upper_arm)
+        return abs(float(self.forearm @ beside))
 
-        That is without the part that leads up or down from the upper arm. A gripper that goes round
-        the elbow stays at the height of the bone that it comes to.
+    def onward(self, dip: float) -> Vector:
+        """Where a gripper goes on that comes along the forearm to the elbow, (3,).
+
+        Args:
+            dip: How much of the forearm's slope from the upper arm it keeps: with 0 it goes on at
+                the upper arm's level, with 1 along the forearm.
         """
         up = up_across(self.upper_arm)
-        return self.forearm - (self.forearm @ up) * up
-
-    @property
-    def sideways(self) -> float:
-        """How far the elbow turns sideways, a sine: the part of `onward` beside the upper arm."""
-        return float(np.linalg.norm(np.cross(self.onward, self.upper_arm)))
+        return self.forearm - (1.0 - dip) * (self.forearm @ up) * up
 
     def landmarks(
-        self, height: float, ahead: ArrayLike, stations: int
+        self, height: float, ahead: ArrayLike, dip: float, stations: int
     ) -> NDArray[np.float64]:
         """Places (K, 3) that every arm has, in the robot's base frame [m].
 
         Args:
             height: Of those over the bones, upwards across them [m].
             ahead: Distances beyond the elbow, along `onward` [m].
+            dip: Of `onward`.
             stations: On each bone and over it, its ends included.
         """
         share = np.linspace(0.0, 1.0, stations)[:, None]
@@ -121,7 +123,7 @@ class Skeleton:
         on_upper = self.elbow + share[1:] * (self.shoulder - self.elbow)
         over_forearm = on_forearm + height * up_across(self.forearm)
         over_upper = on_upper + height * up_across(self.upper_arm)
-        beyond = self.elbow + np.asarray(ahead)[:, None] * self.onward
+        beyond = self.elbow + np.asarray(ahead)[:, None] * self.onward(dip)
         return np.concatenate([on_forearm, on_upper, over_forearm, over_upper, beyond])
 
     def outward(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -32,8 +32,8 @@ _STILL = 2e-3
 #: Landmarks beyond the elbow.
 _AHEAD = 3
 
-#: Times that the clearance is restored; each time what the smoothing leaves gets less.
-_CLEARINGS = 3
+#: A path is corrected so many times, each time smoothly, over this fraction of it.
+_CORRECTIONS, _CORRECTION_WIDTH = 3, 0.015
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +55,14 @@ class TransportConfig:
     """Of the landmarks over the bones."""
     ahead: float = 0.4
     """Of the farthest landmark beyond the elbow."""
+    dip: float = 0.5
+    """Which part of the forearm's slope from the upper arm landmarks beyond the elbow keep: where
+    the elbow is the lowest point of the arm, the sleeve is led below it too."""
     stations: int = 5
     """Landmarks on each bone."""
-    clearance: float = 1.0
-    """Which fraction of the demonstrations' least distance from the skeleton is kept."""
+    clearance: bool = True
+    """Whether the path stays, phase by phase, between the demonstrations' least and largest
+    distance from the skeleton."""
     phases: int = 100
     """Points of a path before the elbow, and after it."""
     warp_width: float = 0.05
@@ -69,7 +73,7 @@ class TransportConfig:
         for name in ("length", "landmark_noise", "warp_width"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is > 0")
-        for name in ("slope_to_noise", "height", "ahead", "clearance"):
+        for name in ("slope_to_noise", "height", "ahead", "dip"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is >= 0")
         for name, least in (("stations", 2), ("phases", 10)):
@@ -155,7 +159,9 @@ class TransportPolicy:
         scale = float(known.bones.sum())
         landmarks = _landmarks(skeleton, begin, self.config, scale)
         answer = known.carried.answer(landmarks, skeleton.sideways)
-        points = _clear(answer.points, skeleton, self.config.clearance * known.clear)
+        points = answer.points
+        if self.config.clearance:
+            points = _kept(points, skeleton, *known.distances)
         # Beginning elsewhere moves what is near, as a landmark does.
         distance = np.linalg.norm(points - points[0], axis=1) / (self.config.length * scale)
         points = points + np.exp(-0.5 * distance**2)[:, None] * (begin - points[0])
@@ -200,8 +206,8 @@ class _Fitted:
     """Shoulder, elbow and wrist of each arm, (M, 3, 3) [m]."""
     bones: NDArray[np.float64]
     """Mean lengths of upper arm and forearm (2,) [m]."""
-    clear: NDArray[np.float64]
-    """Least distance from the skeleton at each phase, (N,) [m]."""
+    distances: NDArray[np.float64]
+    """Least and largest distance from the skeleton at each phase, (2, N) [m]."""
     dt: float
 
     @classmethod
@@ -228,8 +234,8 @@ class _Fitted:
             config.landmark_noise,
             config.slope_to_noise,
         )
-        clear = np.min([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs], axis=0)
-        return cls(carried, places, bones, clear, dt)
+        found = np.stack([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs])
+        return cls(carried, places, bones, np.stack([found.min(axis=0), found.max(axis=0)]), dt)
 
 
 def _by_phase(
@@ -253,19 +259,23 @@ def _landmarks(
 ) -> NDArray[np.float64]:
     """Landmarks of the arm and where the path begins, (K, 3) [m]."""
     ahead = config.ahead * scale * np.arange(1, _AHEAD + 1) / _AHEAD
-    arm = skeleton.landmarks(config.height * scale, ahead, config.stations)
+    arm = skeleton.landmarks(config.height * scale, ahead, config.dip, config.stations)
     return np.concatenate([arm, start[None]])
 
 
-def _clear(
-    points: NDArray[np.float64], skeleton: Skeleton, wanted: NDArray[np.float64]
+def _kept(
+    points: NDArray[np.float64],
+    skeleton: Skeleton,
+    least: NDArray[np.float64],
+    largest: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """The path (N, 3), pushed away from the skeleton where it is nearer than wanted (N,) [m]."""
-    for _ in range(_CLEARINGS):
+    """The path (N, 3) with its distances from the skeleton within bounds, each (N,) [m]."""
+    for _ in range(_CORRECTIONS):
         outward = skeleton.outward(points)
         distance = np.linalg.norm(outward, axis=1)
-        lacking = np.maximum(wanted - distance, 0.0) / np.maximum(distance, 1e-9)
-        points = points + smoothed(lacking[:, None] * outward, 0.015)
+        excess = np.clip(distance, least, largest) - distance
+        push = (excess / np.maximum(distance, 1e-9))[:, None] * outward
+        points = points + smoothed(push, _CORRECTION_WIDTH)
     return points
 
 
