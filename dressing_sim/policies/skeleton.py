@@ -97,6 +97,11 @@ class Skeleton:
         beside = np.cross(up_across(self.upper_arm), self.upper_arm)
         return abs(float(self.forearm @ beside))
 
+    @property
+    def bend(self) -> float:
+        """How far the elbow is bent: the sine of the angle between the bones' directions."""
+        return float(np.linalg.norm(np.cross(self.forearm, self.upper_arm)))
+
     def onward(self, dip: float) -> Vector:
         """Where a gripper goes on that comes along the forearm to the elbow, (3,).
 

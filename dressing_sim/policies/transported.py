@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,9 @@ _AHEAD = 3
 _CORRECTIONS, _CORRECTION_WIDTH = 3, 0.015
 
 
+Feature = Literal["bend", "sideways"]
+
+
 @dataclass(frozen=True, slots=True)
 class TransportConfig:
     """Hyper-parameters. Lengths are fractions of the demonstrated arms' mean length.
@@ -47,6 +50,8 @@ class TransportConfig:
     slope_to_noise: float = 10.0
     """What is believed of the slope: how much carried demonstrations differ between an elbow that
     is straight and one that turns sideways at a right angle, over how much they differ anyway."""
+    feature: Feature = "bend"
+    """What the regression is on."""
     length: float = 0.45
     """Over which the displacements of landmarks are alike."""
     landmark_noise: float = 0.05
@@ -158,7 +163,7 @@ class TransportPolicy:
         skeleton = Skeleton.of(frames, known.bones)
         scale = float(known.bones.sum())
         landmarks = _landmarks(skeleton, begin, self.config, scale)
-        answer = known.carried.answer(landmarks, skeleton.sideways)
+        answer = known.carried.answer(landmarks, getattr(skeleton, self.config.feature))
         points = answer.points
         if self.config.clearance:
             points = _kept(points, skeleton, *known.distances)
@@ -229,7 +234,7 @@ class _Fitted:
             points,
             times,
             np.stack([_landmarks(s, path[0], config, scale) for s, path in pairs]),
-            np.array([s.sideways for s in skeletons]),
+            np.array([getattr(s, config.feature) for s in skeletons]),
             config.length * scale,
             config.landmark_noise,
             config.slope_to_noise,
