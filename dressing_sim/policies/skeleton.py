@@ -128,7 +128,12 @@ class Skeleton:
         on_upper = self.elbow + share[1:] * (self.shoulder - self.elbow)
         over_forearm = on_forearm + height * up_across(self.forearm)
         over_upper = on_upper + height * up_across(self.upper_arm)
-        beyond = self.elbow + np.asarray(ahead)[:, None] * self.onward(dip)
+        over_elbow = max(float(self.forearm @ self.upper_arm), 0.0) * height
+        beyond = (
+            self.elbow
+            + np.asarray(ahead)[:, None] * self.onward(dip)
+            + over_elbow * up_across(self.upper_arm)
+        )
         return np.concatenate([on_forearm, on_upper, over_forearm, over_upper, beyond])
 
     def outward(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

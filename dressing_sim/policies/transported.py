@@ -60,7 +60,7 @@ class TransportConfig:
     """Of the landmarks over the bones."""
     ahead: float = 0.4
     """Of the farthest landmark beyond the elbow."""
-    dip: float = 0.5
+    dip: float = 0.25
     """Which part of the forearm's slope from the upper arm landmarks beyond the elbow keep: where
     the elbow is the lowest point of the arm, the sleeve is led below it too."""
     stations: int = 5
