@@ -35,7 +35,8 @@ class Answer:
         points: Positions (N, p) by phase.
         times: When they are passed, (N,), from zero [s].
         deviation: Standard deviation (N,) of each coordinate of a demonstration in this situation:
-            of demonstrations among themselves, of their mean, of the slope, of the transport.
+            of demonstrations among themselves, of their mean, of the slope and what is not straight
+            about it, of the transport.
         carried: The demonstrations in this situation, (M, N, p).
     """
 
@@ -57,6 +58,8 @@ class CarriedDemonstrations:
         length: Over which displacements of landmarks are alike, in the unit of the positions.
         noise: See `Transport.between`.
         slope_to_noise: d / s, per unit of the feature; zero for the plain mean.
+        curvature: How far the relation to the feature may be from a straight line, as a fraction of
+            the standard deviation of the carried demonstrations at each phase.
     """
 
     points: FloatArray
@@ -66,6 +69,7 @@ class CarriedDemonstrations:
     length: float
     noise: float
     slope_to_noise: float
+    curvature: float = 0.0
 
     def __post_init__(self) -> None:
         points = real_array(self.points, ("M", "N", "p"), "demonstrations in phase have", fewest=1)
@@ -90,8 +94,9 @@ class CarriedDemonstrations:
         unsure = np.stack([transport.deviation(points) for transport, points in pairs])
         weights, variance = self._regression(feature)
         spread = self._disagreement(carried) ** 2 * (1.0 + variance)
+        curved = self.curvature**2 * np.mean(carried.var(axis=0), axis=1)
         # Transports from all demonstrations err alike, where no landmark is near.
-        deviation = np.sqrt(spread + (np.abs(weights) @ unsure) ** 2)
+        deviation = np.sqrt(spread + curved + (np.abs(weights) @ unsure) ** 2)
         points = np.einsum("m,mnp->np", weights, carried)
         return Answer(points, self._times(points), deviation, carried)
 
@@ -114,11 +119,15 @@ class CarriedDemonstrations:
         return float(np.sqrt(squares / (left[0].size * (len(carried) - 1))))
 
     def _times(self, points: FloatArray) -> FloatArray:
-        """Geometric mean of the speeds at each phase, on the whole."""
-        durations = np.exp(np.log(np.maximum(np.diff(self.times), 1e-6)).mean(axis=0))
-        seen = [_length(path) for path in self.points]
-        scale = _length(points) / float(np.exp(np.mean(np.log(seen))))
-        return np.concatenate([[0.0], np.cumsum(durations * scale)])
+        """The mean of each phase's share of a duration, of the duration that fits the length.
+
+        The duration is the geometric mean of those demonstrated; a path that is longer than the
+        demonstrated ones takes longer by as much.
+        """
+        durations = self.times[:, -1]
+        shares = (self.times / durations[:, None]).mean(axis=0)
+        lengths = np.array([_length(path) for path in self.points])
+        return shares * _length(points) * float(np.exp(np.mean(np.log(durations / lengths))))
 
 
 def _length(path: FloatArray) -> float:

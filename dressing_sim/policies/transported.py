@@ -47,9 +47,12 @@ class TransportConfig:
         InvalidInputError: A value that no policy can have.
     """
 
-    slope_to_noise: float = 10.0
+    slope_to_noise: float = 5.0
     """What is believed of the slope: how much carried demonstrations differ between an elbow that
     is straight and one that turns sideways at a right angle, over how much they differ anyway."""
+    curvature: float = 1.0
+    """Of the deviation alone: how far that difference may be from proportional, over the standard
+    deviation of the carried demonstrations."""
     feature: Feature = "bend"
     """What the regression is on."""
     length: float = 0.45
@@ -78,7 +81,7 @@ class TransportConfig:
         for name in ("length", "landmark_noise", "warp_width"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is > 0")
-        for name in ("slope_to_noise", "height", "ahead", "dip"):
+        for name in ("slope_to_noise", "curvature", "height", "ahead", "dip"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is >= 0")
         for name, least in (("stations", 2), ("phases", 10)):
@@ -164,13 +167,16 @@ class TransportPolicy:
         scale = float(known.bones.sum())
         landmarks = _landmarks(skeleton, begin, self.config, scale)
         answer = known.carried.answer(landmarks, getattr(skeleton, self.config.feature))
-        points = answer.points
+        points, deviation = answer.points, answer.deviation
         if self.config.clearance:
             points = _kept(points, skeleton, *known.distances)
+            # What is corrected was not known better than by the correction.
+            corrected = np.sum((points - answer.points) ** 2, axis=1) / 3.0
+            deviation = np.sqrt(deviation**2 + corrected)
         # Beginning elsewhere moves what is near, as a landmark does.
         distance = np.linalg.norm(points - points[0], axis=1) / (self.config.length * scale)
         points = points + np.exp(-0.5 * distance**2)[:, None] * (begin - points[0])
-        return Answer(points, answer.times, answer.deviation, answer.carried)
+        return Answer(points, answer.times, deviation, answer.carried)
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[np.float64]]]:
         """Settings and arrays, see `dressing_sim.learning.storage`."""
@@ -238,6 +244,7 @@ class _Fitted:
             config.length * scale,
             config.landmark_noise,
             config.slope_to_noise,
+            config.curvature,
         )
         found = np.stack([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs])
         return cls(carried, places, bones, np.stack([found.min(axis=0), found.max(axis=0)]), dt)
