@@ -8,6 +8,7 @@ import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from types import NoneType
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -130,6 +131,7 @@ def save_model(
         InvalidInputError: another kind of model, or one that is not fitted.
     """
     of_kind(path, (str, Path), "path", "a file to write")
+    of_kind(kinds, (Mapping, NoneType), "kinds", "classes by name")
     known = {**_kinds(), **(kinds or {})}
     for kind, type_ in known.items():
         if type(model) is type_:
@@ -148,6 +150,7 @@ def load_model(path: str | Path, kinds: Mapping[str, type[Storable]] | None = No
         InvalidInputError: no such file, not a saved model, or one whose parts do not fit together.
     """
     of_kind(path, (str, Path), "path", "a file that save_model wrote")
+    of_kind(kinds, (Mapping, NoneType), "kinds", "classes by name")
     kind, settings, arrays = read_archive(path)
     known = {**_kinds(), **(kinds or {})}
     type_ = known.get(kind)
