@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
+from dressing_sim.arm import UP, Vector
 from dressing_sim.checks import real_array, real_number, real_vector
 from dressing_sim.config import check_kinds, from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
@@ -71,6 +72,9 @@ class TransportConfig:
     clearance: bool = True
     """Whether the path stays, phase by phase, between the demonstrations' least and largest
     distance from the skeleton."""
+    hand: float = 0.2
+    """How high above the fingertips the hand is that must keep clear of the arm too, sideways; zero
+    for fingertips alone."""
     phases: int = 100
     """Points of a path before the elbow, and after it."""
     warp_width: float = 0.05
@@ -81,7 +85,7 @@ class TransportConfig:
         for name in ("length", "landmark_noise", "warp_width"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is > 0")
-        for name in ("slope_to_noise", "curvature", "height", "ahead", "dip"):
+        for name in ("slope_to_noise", "curvature", "height", "ahead", "dip", "hand"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is >= 0")
         for name, least in (("stations", 2), ("phases", 10)):
@@ -169,7 +173,8 @@ class TransportPolicy:
         answer = known.carried.answer(landmarks, getattr(skeleton, self.config.feature))
         points, deviation = answer.points, answer.deviation
         if self.config.clearance:
-            points = _kept(points, skeleton, *known.distances)
+            points = _within(points, skeleton, *known.distances)
+            points = _beside(points, skeleton, known.hand, known.hand_clear)
             # What is corrected was not known better than by the correction.
             corrected = np.sum((points - answer.points) ** 2, axis=1) / 3.0
             deviation = np.sqrt(deviation**2 + corrected)
@@ -219,6 +224,10 @@ class _Fitted:
     """Mean lengths of upper arm and forearm (2,) [m]."""
     distances: NDArray[np.float64]
     """Least and largest distance from the skeleton at each phase, (2, N) [m]."""
+    hand: Vector
+    """From the fingertips to the hand, (3,) [m]."""
+    hand_clear: NDArray[np.float64]
+    """Least distance of the hand from the skeleton at each phase, (N,) [m]."""
     dt: float
 
     @classmethod
@@ -247,7 +256,10 @@ class _Fitted:
             config.curvature,
         )
         found = np.stack([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs])
-        return cls(carried, places, bones, np.stack([found.min(axis=0), found.max(axis=0)]), dt)
+        bounds = np.stack([found.min(axis=0), found.max(axis=0)])
+        hand = config.hand * scale * UP
+        clear = np.min([np.linalg.norm(s.outward(p + hand), axis=1) for s, p in pairs], axis=0)
+        return cls(carried, places, bones, bounds, hand, clear, dt)
 
 
 def _by_phase(
@@ -275,7 +287,7 @@ def _landmarks(
     return np.concatenate([arm, start[None]])
 
 
-def _kept(
+def _within(
     points: NDArray[np.float64],
     skeleton: Skeleton,
     least: NDArray[np.float64],
@@ -287,6 +299,25 @@ def _kept(
         distance = np.linalg.norm(outward, axis=1)
         excess = np.clip(distance, least, largest) - distance
         push = (excess / np.maximum(distance, 1e-9))[:, None] * outward
+        points = points + smoothed(push, _CORRECTION_WIDTH)
+    return points
+
+
+def _beside(
+    points: NDArray[np.float64],
+    skeleton: Skeleton,
+    hand: Vector,
+    least: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """The path (N, 3) with the hand, pushed sideways, at least as far from the skeleton [m].
+
+    Its height stays: a sleeve that is led round an elbow too high is caught.
+    """
+    for _ in range(_CORRECTIONS):
+        outward = skeleton.outward(points + hand)
+        distance = np.linalg.norm(outward, axis=1)
+        lacking = np.maximum(least - distance, 0.0) / np.maximum(distance, 1e-9)
+        push = lacking[:, None] * outward * [1.0, 1.0, 0.0]
         points = points + smoothed(push, _CORRECTION_WIDTH)
     return points
 
