@@ -118,7 +118,9 @@ class Skeleton:
         """Places (K, 3) that every arm has, in the robot's base frame [m].
 
         Args:
-            height: Of those over the bones, upwards across them [m].
+            height: Of those over the bones, upwards across them [m]. Those beyond the elbow are as
+                high over it if the arm is straight, and at its level if it is bent at a right
+                angle or more: a sleeve is led over the one and round the other.
             ahead: Distances beyond the elbow, along `onward` [m].
             dip: Of `onward`.
             stations: On each bone and over it, its ends included.

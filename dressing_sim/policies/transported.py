@@ -2,7 +2,7 @@
 
 Of the two frames it makes the skeleton of the arm. Demonstrations are brought into phase, carried
 to the arm that is to be dressed along landmarks of the skeletons, and combined by a regression on
-how far the elbow turns sideways (`dressing_sim.learning.carried`). The answer keeps as clear of the
+how far the elbow is bent (`dressing_sim.learning.carried`). The answer keeps as clear of the
 skeleton, phase by phase, as the demonstrations did, and begins where the gripper is.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +23,9 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, Frame
 from dressing_sim.learning.carried import Answer, CarriedDemonstrations
 from dressing_sim.learning.demonstrations import check_demonstrations
-from dressing_sim.learning.registration import Phased, by_length, in_phase, moving, smoothed
+from dressing_sim.learning.registration import Phased, by_length, in_phase, moving
 from dressing_sim.path import Path
+from dressing_sim.policies.clearance import beside, within
 from dressing_sim.policies.skeleton import Skeleton
 
 #: A path that is still within this fraction of its length of an end has not begun, or has ended.
@@ -32,10 +33,6 @@ _STILL = 2e-3
 
 #: Landmarks beyond the elbow.
 _AHEAD = 3
-
-#: A path is corrected so many times, each time smoothly, over this fraction of it.
-_CORRECTIONS, _CORRECTION_WIDTH = 3, 0.015
-
 
 Feature = Literal["bend", "sideways"]
 
@@ -49,19 +46,20 @@ class TransportConfig:
     """
 
     slope_to_noise: float = 5.0
-    """What is believed of the slope: how much carried demonstrations differ between an elbow that
-    is straight and one that turns sideways at a right angle, over how much they differ anyway."""
-    curvature: float = 1.0
-    """Of the deviation alone: how far that difference may be from proportional, over the standard
-    deviation of the carried demonstrations."""
+    """What is believed of the slope: how much carried demonstrations differ between a straight and
+    a right-angled elbow, over how much they differ anyway."""
     feature: Feature = "bend"
-    """What the regression is on."""
+    """What the slope is over: how far the elbow is bent, or how far it is bent sideways."""
+    curvature: float = 1.0
+    """Of the deviation alone: how far the relation to the feature may be from a straight line, over
+    the standard deviation of the carried demonstrations."""
     length: float = 0.45
     """Over which the displacements of landmarks are alike."""
     landmark_noise: float = 0.05
     """How far a landmark may be missed, over how far landmarks are displaced."""
     height: float = 0.15
-    """Of the landmarks over the bones."""
+    """Of the landmarks over the bones, and over a straight elbow; a right-angled one is passed at
+    its level."""
     ahead: float = 0.4
     """Of the farthest landmark beyond the elbow."""
     dip: float = 0.25
@@ -82,6 +80,10 @@ class TransportConfig:
 
     def __post_init__(self) -> None:
         check_kinds(self, "policy")
+        if self.feature not in get_args(Feature):
+            raise InvalidInputError(
+                f"feature is {self.feature!r}, valid is one of {', '.join(get_args(Feature))}"
+            )
         for name in ("length", "landmark_noise", "warp_width"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is > 0")
@@ -173,8 +175,8 @@ class TransportPolicy:
         answer = known.carried.answer(landmarks, getattr(skeleton, self.config.feature))
         points, deviation = answer.points, answer.deviation
         if self.config.clearance:
-            points = _within(points, skeleton, *known.distances)
-            points = _beside(points, skeleton, known.hand, known.hand_clear)
+            points = within(points, skeleton, *known.distances)
+            points = beside(points, skeleton, known.hand, known.hand_clear)
             # What is corrected was not known better than by the correction.
             corrected = np.sum((points - answer.points) ** 2, axis=1) / 3.0
             deviation = np.sqrt(deviation**2 + corrected)
@@ -285,41 +287,6 @@ def _landmarks(
     ahead = config.ahead * scale * np.arange(1, _AHEAD + 1) / _AHEAD
     arm = skeleton.landmarks(config.height * scale, ahead, config.dip, config.stations)
     return np.concatenate([arm, start[None]])
-
-
-def _within(
-    points: NDArray[np.float64],
-    skeleton: Skeleton,
-    least: NDArray[np.float64],
-    largest: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """The path (N, 3) with its distances from the skeleton within bounds, each (N,) [m]."""
-    for _ in range(_CORRECTIONS):
-        outward = skeleton.outward(points)
-        distance = np.linalg.norm(outward, axis=1)
-        excess = np.clip(distance, least, largest) - distance
-        push = (excess / np.maximum(distance, 1e-9))[:, None] * outward
-        points = points + smoothed(push, _CORRECTION_WIDTH)
-    return points
-
-
-def _beside(
-    points: NDArray[np.float64],
-    skeleton: Skeleton,
-    hand: Vector,
-    least: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """The path (N, 3) with the hand, pushed sideways, at least as far from the skeleton [m].
-
-    Its height stays: a sleeve that is led round an elbow too high is caught.
-    """
-    for _ in range(_CORRECTIONS):
-        outward = skeleton.outward(points + hand)
-        distance = np.linalg.norm(outward, axis=1)
-        lacking = np.maximum(least - distance, 0.0) / np.maximum(distance, 1e-9)
-        push = lacking[:, None] * outward * [1.0, 1.0, 0.0]
-        points = points + smoothed(push, _CORRECTION_WIDTH)
-    return points
 
 
 POLICIES: Mapping[str, TransportConfig] = {"transport": TransportConfig()}

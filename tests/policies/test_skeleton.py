@@ -88,4 +88,12 @@ def test_landmarks_are_on_the_bones_over_them_and_beyond_the_elbow(posture):
     np.testing.assert_allclose(distance[:9], 0.0, atol=1e-12)
     assert np.all(distance[9:18] < 0.08 + 1e-12)
     np.testing.assert_allclose(marks[9:18, 2] > marks[:9, 2], True)
-    np.testing.assert_allclose(marks[19] - skeleton.elbow, 2.0 * (marks[18] - skeleton.elbow))
+    np.testing.assert_allclose(marks[19] - marks[18], 0.1 * skeleton.onward(0.25))
+
+
+def test_the_way_on_is_over_a_straight_elbow_and_beside_a_bent_one():
+    shoulder, elbow = np.zeros(3), np.array([0.0, 1.0, 0.0])
+    for bend, height in ((0.0, 0.1), (np.pi / 3, 0.05), (np.pi / 2, 0.0), (2.0, 0.0)):
+        wrist = elbow + [np.sin(bend), np.cos(bend), 0.0]
+        beyond = Skeleton(shoulder, elbow, wrist).landmarks(0.1, [0.2], 0.25, 2)[-1]
+        assert beyond[2] == pytest.approx(height, abs=1e-12)

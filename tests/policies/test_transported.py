@@ -203,7 +203,14 @@ def test_an_unfitted_policy_and_half_a_dressing_are_refused():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("length", 0.0), ("slope_to_noise", -1.0), ("stations", 1), ("phases", 0), ("dip", np.nan)],
+    [
+        ("length", 0.0),
+        ("slope_to_noise", -1.0),
+        ("stations", 1),
+        ("phases", 0),
+        ("dip", np.nan),
+        ("feature", "x"),
+    ],
 )
 def test_hyperparameters_that_mean_nothing_are_refused(name, value):
     with pytest.raises(InvalidInputError, match=name):
