@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -132,6 +133,14 @@ def _warped(path: FloatArray, reference: FloatArray, width: float) -> FloatArray
 
 def smoothed(values: FloatArray, width: float) -> FloatArray:
     """Rows (N, p) averaged with a Gaussian whose standard deviation is a fraction of them."""
-    rows = np.arange(len(values))
-    weights = np.exp(-0.5 * ((rows[:, None] - rows) / (width * len(values))) ** 2)
-    return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
+    return np.asarray(_averaging(len(values), width) @ values)
+
+
+@lru_cache(maxsize=4)
+def _averaging(count: int, width: float) -> FloatArray:
+    """The matrix (N, N) of `smoothed`; a policy asks for the same one again and again."""
+    rows = np.arange(count)
+    weights = np.exp(-0.5 * ((rows[:, None] - rows) / (width * count)) ** 2)
+    weights /= weights.sum(axis=1, keepdims=True)
+    weights.flags.writeable = False
+    return weights
