@@ -88,16 +88,12 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
     """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
-    from dressing_sim.learning import Policy
-    from dressing_sim.learning.storage import load_model
+    from dressing_sim.policies.files import load_policy
     from dressing_sim.policies.hosted import hosted_policy
     from dressing_sim.policies.registry import known_name, learns
 
     if is_file(policy):
-        loaded = load_model(policy)
-        if not isinstance(loaded, Policy):
-            raise InvalidInputError(f"policy {policy}: holds a model that cannot generate a path")
-        return loaded
+        return load_policy(policy)
     name = known_name(policy)
     try:
         fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))

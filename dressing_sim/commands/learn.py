@@ -33,7 +33,8 @@ def learn(
     """
     from dressing_sim.episode.demonstration import load_demonstrations
     from dressing_sim.inputs import fit
-    from dressing_sim.learning.storage import Storable, save_model
+    from dressing_sim.learning.storage import Storable
+    from dressing_sim.policies.files import save_policy
     from dressing_sim.policies.hosted import hosted_policy, is_ours
     from dressing_sim.policies.registry import make_policy
 
@@ -46,7 +47,7 @@ def learn(
     check_output(out, force, [demonstrations])
     fit(fresh, recorded)
     check_output(out, force, [demonstrations])  # it took long
-    save_model(fresh, out)
+    save_policy(fresh, out)
     if json:
         print(
             json_format.dumps(

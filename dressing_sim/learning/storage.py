@@ -6,7 +6,9 @@ either the old file or the whole new one.
 
 import io
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from types import NoneType
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -113,32 +115,47 @@ def _kinds() -> dict[str, type[Storable]]:
     }
 
 
-def save_model(model: Storable, path: str | Path) -> Path:
+def save_model(
+    model: Storable, path: str | Path, kinds: Mapping[str, type[Storable]] | None = None
+) -> Path:
     """Save a fitted model of one of this library's classes; returns the path.
 
     A random generator given for k-means is not part of the file.
+
+    Args:
+        model: The model.
+        path: File to write (npz).
+        kinds: Further classes by name.
 
     Raises:
         InvalidInputError: another kind of model, or one that is not fitted.
     """
     of_kind(path, (str, Path), "path", "a file to write")
-    for kind, type_ in _kinds().items():
+    of_kind(kinds, (Mapping, NoneType), "kinds", "classes by name")
+    known = {**_kinds(), **(kinds or {})}
+    for kind, type_ in known.items():
         if type(model) is type_:
             return write_archive(path, kind, *model.state())
-    raise InvalidInputError(f"cannot save a {type(model).__name__}: only {', '.join(_kinds())}")
+    raise InvalidInputError(f"cannot save a {type(model).__name__}: only {', '.join(known)}")
 
 
-def load_model(path: str | Path) -> Any:
+def load_model(path: str | Path, kinds: Mapping[str, type[Storable]] | None = None) -> Any:
     """The model that ``save_model`` wrote to ``path``: it generates the same paths, bit for bit.
+
+    Args:
+        path: The file.
+        kinds: Further classes by name, as they were given to ``save_model``.
 
     Raises:
         InvalidInputError: no such file, not a saved model, or one whose parts do not fit together.
     """
     of_kind(path, (str, Path), "path", "a file that save_model wrote")
+    of_kind(kinds, (Mapping, NoneType), "kinds", "classes by name")
     kind, settings, arrays = read_archive(path)
-    type_ = _kinds().get(kind)
+    known = {**_kinds(), **(kinds or {})}
+    type_ = known.get(kind)
     if type_ is None:
-        raise InvalidInputError(f"{path} holds a {shown(kind)}; valid are {', '.join(_kinds())}")
+        raise InvalidInputError(f"{path} holds a {shown(kind)}; valid are {', '.join(known)}")
     try:
         return type_.from_state(settings, _Parts(arrays))
     except KeyError as error:

@@ -1,0 +1,48 @@
+"""Corrections of a path: as clear of an arm's skeleton as the demonstrations were."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import Vector
+from dressing_sim.learning.registration import smoothed
+from dressing_sim.policies.skeleton import Skeleton
+
+#: A path is corrected so many times, each time smoothly, over this fraction of it.
+_CORRECTIONS, _CORRECTION_WIDTH = 3, 0.015
+
+
+def within(
+    points: NDArray[np.float64],
+    skeleton: Skeleton,
+    least: NDArray[np.float64],
+    largest: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """The path (N, 3) with its distances from the skeleton within bounds, each (N,) [m]."""
+    for _ in range(_CORRECTIONS):
+        outward = skeleton.outward(points)
+        distance = np.linalg.norm(outward, axis=1)
+        excess = np.clip(distance, least, largest) - distance
+        push = (excess / np.maximum(distance, 1e-9))[:, None] * outward
+        points = points + smoothed(push, _CORRECTION_WIDTH)
+    return points
+
+
+def beside(
+    points: NDArray[np.float64],
+    skeleton: Skeleton,
+    hand: Vector,
+    least: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """The path (N, 3) with the hand, pushed sideways, at least as far from the skeleton [m].
+
+    Its height stays: a sleeve that is led round an elbow too high is caught.
+    """
+    for _ in range(_CORRECTIONS):
+        outward = skeleton.outward(points + hand)
+        distance = np.linalg.norm(outward, axis=1)
+        lacking = np.maximum(least - distance, 0.0) / np.maximum(distance, 1e-9)
+        push = lacking[:, None] * outward * [1.0, 1.0, 0.0]
+        points = points + smoothed(push, _CORRECTION_WIDTH)
+    return points
