@@ -26,7 +26,7 @@ from dressing_sim.provenance import source_hash
 ENTRY_POINT_GROUP = "dressing_sim.policies"
 
 #: What `dressing-sim learn` uses and the name ``default`` stands for.
-DEFAULT = "tp-gmm"
+DEFAULT = "transport"
 
 
 @runtime_checkable
