@@ -11,7 +11,7 @@ from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import load_demonstrations, save_demonstrations
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.record import DemonstrationFailed
-from dressing_sim.learning import load_model
+from dressing_sim.policies.files import load_policy
 
 COMMANDS = (
     "evaluate",
@@ -225,8 +225,8 @@ def test_demonstrations_are_recorded_learned_from_and_used(
     main(["learn", "some.h5", "--out", "new/policy.npz", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert told["n_demonstrations"] == 1
-    path = load_model(told["file"]).generate(posture.frames(), loaded.positions[0])
-    assert path.shape[1] == 3
+    path = load_policy(told["file"]).generate(posture.frames(), loaded.positions[0])
+    assert path.positions.shape[1] == 3
 
     main(["dress", "--posture", posture.name, "--policy", told["file"], "--json"])
     told = json.loads(capsys.readouterr().out)

@@ -174,4 +174,7 @@ def test_an_unknown_protocol_is_an_error_that_says_what_is_valid():
 def test_the_default_policy_goes_by_its_name_with_settings_too():
     names = ["default", "default?phases=50", "transport"]
     found = find_protocol("paper").with_policies(names)
-    assert list(dict.fromkeys(e.policy for e in found.entries)) == ["transport", "transport?phases=50"]
+    assert list(dict.fromkeys(e.policy for e in found.entries)) == [
+        "transport",
+        "transport?phases=50",
+    ]
