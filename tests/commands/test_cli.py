@@ -253,7 +253,7 @@ def test_dress_takes_every_name_of_evaluate_and_lets_it_learn(
     save_demonstrations(file, [demonstration, demonstration])
     arguments = ["dress", "--posture", posture.name, "--demonstrations", str(file), "--json"]
     outcomes = []
-    for policy in ("tp-gmm?samples=60", "default?samples=60"):
+    for policy in ("transport?phases=60", "default?phases=60"):
         main([*arguments, "--policy", policy])
         outcomes.append(json.loads(capsys.readouterr().out))
         assert outcomes[-1].pop("policy") == policy
