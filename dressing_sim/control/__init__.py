@@ -2,6 +2,7 @@
 
 from dressing_sim.control.kinematics import PandaKinematics
 from dressing_sim.control.tracking import (
+    HAND_DOWN,
     JointTrajectory,
     Tracker,
     TrackingConfig,
@@ -10,6 +11,7 @@ from dressing_sim.control.tracking import (
 )
 
 __all__ = [
+    "HAND_DOWN",
     "JointTrajectory",
     "PandaKinematics",
     "Tracker",

@@ -25,7 +25,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.panda import HOME, TCP_BODY
 
 #: The hand pointing down, fingers opening along the base's y axis.
-_HAND_DOWN = np.diag([1.0, -1.0, -1.0])
+HAND_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
 #: How quickly the gripper gathers speed towards a target that is far away [m/s^2]: a quarter of a
@@ -195,7 +195,7 @@ class Tracker:
             InvalidInputError: A value of another shape, not finite, or no rotation.
         """
         wanted = real_vector(target, 3, "target has", "m")
-        orientation = _HAND_DOWN if rotation is None else checked_rotation(rotation)
+        orientation = HAND_DOWN if rotation is None else checked_rotation(rotation)
         self._target = self._approached(wanted)
         tilt = self.config.tilt_cost
         self._hand.set_orientation_cost([tilt, tilt, 0.0 if rotation is None else tilt])

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import SITUATION
-from dressing_sim.checks import listed, of_kind, one_of, truth_value, whole_number
+from dressing_sim.checks import (
+    listed,
+    of_kind,
+    one_of,
+    real_vector,
+    shown,
+    truth_value,
+    whole_number,
+)
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.pictures import CAMERAS, LARGEST_SIDE
@@ -114,7 +122,9 @@ def checked_action(action: object, size: int) -> NDArray[np.float64]:
     Raises:
         InvalidInputError: It is of another shape or not finite.
     """
-    array = np.asarray(action, dtype=np.float64)
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise InvalidInputError(f"action: {action!r:.80}, valid are {size} finite numbers")
-    return array
+    try:
+        return real_vector(action, size, "action has")
+    except InvalidInputError as error:
+        raise InvalidInputError(
+            f"action: {shown(action)}, valid are {size} finite numbers"
+        ) from error

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from dressing_sim.arm import Posture
+from dressing_sim.arm import SITUATION, Posture
 from dressing_sim.checks import of_kind
+from dressing_sim.control import HAND_DOWN
 from dressing_sim.envs.config import EnvConfig, checked_action
 from dressing_sim.envs.reward import COST_AT_LIMIT, arrival_margins, harshness, progress
 from dressing_sim.episode.closed_loop import ClosedLoop
@@ -24,9 +25,6 @@ from dressing_sim.pictures.rendering import OffscreenRenderer
 from dressing_sim.suites.distribution import sample_postures
 from dressing_sim.suites.suites import find_posture, load_suite
 from dressing_sim.world.dressed import ArmAxis
-
-#: The hand pointing down, fingers opening along the base's y axis.
-HAND_DOWN = np.diag([1.0, -1.0, -1.0])
 
 #: So many steps apart it is looked whether the armscye winds round the arm, which takes as long as
 #: a twentieth of a step.
@@ -86,7 +84,7 @@ class Task:
         self._look()
         self._progress, self.reward = self._now(), 0.0
         self._frames: dict[str, NDArray[np.float64]] = {}
-        for name, frame in zip(("shoulder", "wrist"), posture.frames(), strict=True):
+        for name, frame in zip(SITUATION, posture.frames(), strict=True):
             axes = np.clip(frame.A, -1.0, 1.0)  # rounded, a cosine may be a bit above one
             self._frames |= {f"{name}_position": frame.b, f"{name}_axes": axes}
 

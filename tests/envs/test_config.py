@@ -55,7 +55,9 @@ def test_extras_are_seen_by_those_who_ask():
     assert set(EXTRAS) <= set(EnvConfig(observe=EXTRAS).observation_ranges)
 
 
-@pytest.mark.parametrize("action", [[0.0] * 3, [np.nan] * 4, np.zeros((4, 1)), 0.0])
+@pytest.mark.parametrize(
+    "action", [[0.0] * 3, [np.nan] * 4, np.zeros((4, 1)), 0.0, "left", None, [1j] * 4]
+)
 def test_an_action_of_another_shape_is_refused(action):
     with pytest.raises(InvalidInputError, match="valid are 4 finite numbers"):
         checked_action(action, 4)

@@ -17,7 +17,7 @@ from dressing_sim.suites.suites import load_suite
 
 gymnasium = pytest.importorskip("gymnasium")
 
-from dressing_sim.envs.gym import DressArm  # noqa: E402
+from dressing_sim.envs.gym import DressArm  # noqa: E402 (needs what was asked for above)
 
 BRIEF = EpisodeConfig(hold=0.1, time_limit=0.4)
 STAY, FINISH = np.zeros(4), np.array([0.0, 0.0, 0.0, 1.0])
