@@ -170,13 +170,16 @@ def initialise_by_time(
         n_components: K.
         floor: (P, D, D), added to every covariance.
 
-    The bins are half-open, so a demonstration's last sample is in none: that is what the published
-    numbers were computed with.
+    The bins are half-open, so a demonstration's last sample is in none, and their edges are
+    rounded: that is what the published numbers were computed with. Where a bin would have fewer
+    than two samples for these reasons, the samples are counted out instead, equally many a bin.
     """
     labels = np.concatenate(
         [np.floor(n_components * np.linspace(0.0, 1.0, length)) for length in lengths]
     )
     labels[labels == n_components] = -1
+    if min((labels == group).sum() for group in range(n_components)) < 2:
+        labels = np.concatenate([n_components * np.arange(n) // n for n in lengths])
     return _mixture_of_groups(data, labels, n_components, floor)
 
 

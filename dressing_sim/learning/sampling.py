@@ -144,12 +144,14 @@ class BoundsSampler:
     ) -> Self:
         """Bounds that just hold the demonstrated frames, and a margin.
 
-        The angles are those of the rotation from the first demonstration's frame, so that they
-        stay clear of the wrap at 180 degrees. The margins are choices of this library.
+        The angles are those of the rotation from the first demonstration's frame. They are taken
+        on the shortest arcs that hold them, see ``arcs``, so bounds may go beyond 180 degrees
+        where demonstrations lie on both sides of them. The margins are choices of this library.
 
         Args:
             demonstrations: at least one.
-            angle_margin: added on both sides of each angle that varies, in [rad].
+            angle_margin: added on both sides of each angle that varies, in [rad]; less where the
+                arc would go round further than once.
             translation_margin: added on both sides, as a fraction of each coordinate's range.
         """
         real_number(angle_margin, "angle_margin", 0.0)
@@ -158,8 +160,11 @@ class BoundsSampler:
         bounds = []
         for views in zip(*situations, strict=True):
             base = views[0].A
-            angles = np.array([euler_angles(_nearest_rotation(base, view.A)) for view in views])
-            margin = np.where(np.ptp(angles, axis=0) > 1e-9, angle_margin, 0.0)
+            turns = np.array([euler_angles(_nearest_rotation(base, view.A)) for view in views])
+            angles = arcs(turns)
+            width = np.ptp(angles, axis=0)
+            margin = np.where(width > 1e-9, angle_margin, 0.0)
+            margin = np.minimum(margin, np.maximum(np.pi - 0.5 * width, 0.0))
             origins = np.array([view.b for view in views])
             slack = translation_margin * np.ptp(origins, axis=0)
             bounds.append(
@@ -170,6 +175,59 @@ class BoundsSampler:
                 )
             )
         return cls(tuple(bounds), situations[0].names)
+
+
+def arcs(angles: FloatArray) -> FloatArray:
+    """The same rotations by angles that lie close together.
+
+    An angle counts modulo a full turn, and (alpha, beta, gamma) is the same rotation as
+    (alpha + pi, pi - beta, gamma + pi): where a rotation goes past the vertical, its Euler angles
+    leap by half a turn. Of the two forms of each rotation that is taken which widens the arcs
+    least, beginning with the smallest rotations, if all arcs together become shorter by it.
+
+    Args:
+        angles: (n, 1) or (n, 3), as of ``euler_angles``, in [rad].
+
+    Returns:
+        Angles of the same shape; the range of each column is the shortest arc that holds it.
+    """
+    plain = _on_shortest_arcs(angles)
+    if angles.shape[1] == 1:
+        return plain
+    chosen = angles.copy()
+    done: list[int] = []
+    for index in np.argsort(np.abs(angles).sum(axis=1), kind="stable"):
+        alpha, beta, gamma = angles[index]
+        forms = np.array(
+            [angles[index], [_wrapped(alpha + np.pi), np.pi - beta, _wrapped(gamma + np.pi)]]
+        )
+        widths = []
+        for form in forms:
+            held = np.vstack([chosen[done], form])
+            widths.append(np.ptp(_on_shortest_arcs(held), axis=0).sum())
+        chosen[index] = forms[int(widths[1] < widths[0] - 1e-9)]
+        done.append(int(index))
+    other = _on_shortest_arcs(chosen)
+    shorter = np.ptp(other, axis=0).sum() < np.ptp(plain, axis=0).sum() - 1e-9
+    return other if shorter else plain
+
+
+def _wrapped(angle: float) -> float:
+    """The angle between -pi and pi."""
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def _on_shortest_arcs(angles: FloatArray) -> FloatArray:
+    """Angles (n, m), those beyond the widest gap of their column turned once; never the first."""
+    result = angles.copy()
+    for column in result.T:
+        rising = np.sort(column)
+        gaps = np.diff(rising, append=rising[0] + 2.0 * np.pi)
+        widest = int(np.argmax(gaps))
+        if gaps[widest] > gaps[-1] + 1e-9:  # else they are on the shortest arc already
+            turns = (column <= rising[widest]).astype(np.float64)
+            column += 2.0 * np.pi * (turns - turns[0])
+    return result
 
 
 def _nearest_rotation(base: FloatArray, other: FloatArray) -> FloatArray:

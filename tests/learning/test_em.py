@@ -193,6 +193,22 @@ def test_two_samples_are_enough_for_a_component_and_one_is_not():
         initialise_by_time(data, (7,), 4, zero_floor(data))
 
 
+def test_two_samples_a_component_are_enough_whatever_the_bins_round_to():
+    """And the last sample of a demonstration, which a half-open bin leaves out, counts if needed."""
+    for k in range(1, 21):
+        for length in range(2 * k, 2 * k + 40):
+            data, lengths = curves(1, 1, (length,))
+            mixture = initialise_by_time(data, lengths, k, 1e-3 + zero_floor(data))
+            assert mixture.n_components == k
+
+
+def test_samples_are_counted_out_only_where_the_bins_are_too_small():
+    data, lengths = curves(lengths=(8,))
+    mixture = initialise_by_time(data, lengths, 4, 1e-3 * np.tile(np.eye(3), (2, 1, 1)))
+    np.testing.assert_allclose(mixture.means[3], data[:, :, 6:].mean(axis=2))
+    np.testing.assert_allclose(mixture.priors, 0.25)
+
+
 def test_k_means_does_not_depend_on_the_unit_of_a_coordinate():
     data, _ = curves()
     units = np.array([1.0, 1e3, 1e-3])[:, None]

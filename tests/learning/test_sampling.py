@@ -15,6 +15,7 @@ from dressing_sim.learning import (
     euler_angles,
     rotation,
 )
+from dressing_sim.learning.sampling import arcs
 
 angle = st.floats(-np.pi, np.pi)
 
@@ -155,3 +156,51 @@ def test_a_plane_has_one_angle_and_a_line_has_none():
             wrong(np.zeros(2))
     with pytest.raises(InvalidInputError, match="a rotation"):
         euler_angles(np.eye(4))
+
+
+def turned(angles, base=None):
+    """Demonstrations in one frame that is turned by each of some angles."""
+    path = np.cumsum(np.ones((4, 3 if np.ndim(angles[0]) else 2)), axis=0)
+    origin = np.zeros(path.shape[1])
+    base = np.eye(len(origin)) if base is None else base
+    return [SyntheticDemonstration(path, 0.1, (Frame(rotation(a) @ base, origin),)) for a in angles]
+
+
+@given(st.lists(st.floats(0.0, 3.5), min_size=2, max_size=6), st.floats(-10.0, 10.0))
+def test_in_the_plane_bounds_are_the_shortest_arc_that_holds_the_frames(places, first):
+    """However the first frame lies among the others, before or behind them or between."""
+    places = np.array(places)
+    (bounds,) = BoundsSampler.around(turned(first + places), 0.0).bounds
+    low, high = bounds.angles
+    # Gaps of the circle between neighbours: all but the widest are within the bounds.
+    gaps = np.diff(np.sort(places), append=places.min() + 2 * np.pi)
+    assert high[0] - low[0] == pytest.approx(2 * np.pi - gaps.max(), abs=1e-6)
+    inside = (places - places[0] - low[0] + 1e-6) % (2 * np.pi)
+    assert (inside <= high[0] - low[0] + 2e-6).all()
+
+
+def test_frames_on_both_sides_of_the_first_one_s_back_are_held_by_a_short_arc():
+    """0, 170 and 190 degrees: 190 wide, not all the way round."""
+    demonstrations = turned(np.deg2rad([0.0, 170.0, -170.0]))
+    (bounds,) = BoundsSampler.around(demonstrations).bounds
+    np.testing.assert_allclose(np.rad2deg(bounds.angles), [[-10.0], [200.0]], atol=1e-6)
+    (wide,) = BoundsSampler.around(demonstrations, np.pi).bounds
+    assert wide.angles[1] - wide.angles[0] == pytest.approx(2 * np.pi)
+
+
+@pytest.mark.parametrize("tilts", [(0.0, 1.4, 1.8), (0.0, -1.4, -1.8), (0.0, 1.7, 2.5, 1.0)])
+def test_a_frame_that_tilts_past_the_vertical_tilts_and_does_no_more(tilts):
+    """Its Euler angles leap by half a turn there; the rotation does not."""
+    (bounds,) = BoundsSampler.around(turned([(0.0, tilt, 0.0) for tilt in tilts]), 0.0).bounds
+    expected = [[0.0, min(tilts), 0.0], [0.0, max(tilts), 0.0]]
+    np.testing.assert_allclose(bounds.angles, expected, atol=1e-9)
+
+
+@given(seed=st.integers(0, 10_000), count=st.integers(2, 6))
+def test_arcs_are_the_same_rotations_and_never_wider_than_their_plain_angles(seed, count):
+    turns = Rotation.random(count, rng=np.random.default_rng(seed)).as_matrix()
+    plain = np.array([euler_angles(turn) for turn in turns])
+    angles = arcs(plain)
+    for turn, one in zip(turns, angles, strict=True):
+        np.testing.assert_allclose(rotation(one), turn, atol=1e-9)
+    assert np.ptp(angles, axis=0).sum() <= np.ptp(plain, axis=0).sum() + 1e-9
