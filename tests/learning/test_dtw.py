@@ -78,3 +78,52 @@ def test_the_distance_does_not_depend_on_the_world():
 def test_unusable_paths_are_errors(x, y):
     with pytest.raises(InvalidInputError, match="dtw needs"):
         dtw_distance(x, y)
+
+
+def plain_warp(x, y):
+    """The recursion as it is written in the module's docstring, cell by cell."""
+    local = np.linalg.norm(x[:, None] - y[None], axis=2)
+    n, m = local.shape
+    total = np.full((n + 1, m + 1), np.inf)
+    total[0, 0] = -local[0, 0]
+    for i in range(n):
+        for j in range(m):
+            steps = total[i, j] + 2 * local[i, j], total[i + 1, j], total[i, j + 1]
+            total[i + 1, j + 1] = min(steps[0], local[i, j] + min(steps[1:]))
+    i, j, path = n - 1, m - 1, [(n - 1, m - 1)]
+    while i or j:
+        bent, left, up = total[i, j] + local[i, j], total[i + 1, j], total[i, j + 1]
+        i, j = min((bent, 0, i - 1, j - 1), (left, 1, i, j - 1), (up, 2, i - 1, j))[2:]
+        path.append((i, j))
+    return total[n, m] / (n + m), path[::-1]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_among_equally_good_steps_the_diagonal_comes_first_and_then_the_one_along_y(seed):
+    rng = np.random.default_rng(seed)
+    n, m = rng.integers(1, 30, 2)
+    # Whole numbers on a line have many alignments of the same cost, without rounding.
+    x, y = rng.integers(0, 4, (n, 1)).astype(float), rng.integers(0, 4, (m, 1)).astype(float)
+    distance, path = plain_warp(x, y)
+    warping = dtw(x, y)
+    assert warping.distance == distance
+    assert [tuple(pair) for pair in warping.path.tolist()] == path
+
+
+def test_a_long_path_against_a_short_one_takes_room_for_their_product_only():
+    """Either way round; N squared of 40,000 would be 13 GB."""
+    rng = np.random.default_rng(0)
+    x = rng.standard_normal((40_000, 3)).cumsum(axis=0)
+    y = x[::4444]
+    tall, wide = dtw(x, y), dtw(y, x)
+    assert tall.distance == wide.distance == dtw_distance(x, y)
+    np.testing.assert_array_equal(tall.path, wide.path[:, ::-1])
+    assert tall.path[-1].tolist() == [39_999, len(y) - 1]
+
+
+def test_two_long_paths_take_two_bits_a_cell():
+    """36 MB for these; at 32 bytes a cell it was 4.6 GB."""
+    x = np.random.default_rng(0).standard_normal(12_000)
+    warping = dtw(x, x)
+    assert warping.distance == 0.0
+    np.testing.assert_array_equal(warping.path, np.arange(12_000)[:, None] * [1, 1])

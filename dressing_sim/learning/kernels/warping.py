@@ -1,7 +1,8 @@
 """Dynamic time warping with the symmetric2 step pattern.
 
 The cells (i, j) with the same i + j do not depend on each other, so the accumulated cost is worked
-out by antidiagonals, in loops that vectorise: ``cost[i + j, i]`` holds g(i, j).
+out by antidiagonals, in loops that vectorise. Three of them are kept; for the path, two bits a cell
+say where its best step comes from.
 """
 
 import numpy as np
@@ -70,29 +71,62 @@ def total_cost(rows: np.ndarray, columns: np.ndarray) -> float:
 
 
 @compiled
+def keep_steps(
+    s: int,
+    n_columns: int,
+    before: np.ndarray,
+    last: np.ndarray,
+    local: np.ndarray,
+    codes: np.ndarray,
+    packed: np.ndarray,
+) -> None:
+    """Where each cell of antidiagonal i + j = s comes from, four cells a byte into ``packed``.
+
+    0 for the diagonal, 1 along y, 2 along x. ``before``, ``last`` and ``local`` are as in
+    ``accumulate_diagonal``, after it; ``codes`` (N + 3,) is working memory.
+    """
+    n_rows = len(local)
+    begin = max(0, s - n_columns + 1)
+    size = min(n_rows, s + 1) - begin
+    left, up, diagonal = last[begin + 1 :], last[begin:], before[begin:]
+    distance = local[begin:]
+    for k in range(size):
+        bent = diagonal[k] + distance[k]
+        straight = np.uint8(1) if left[k] <= up[k] else np.uint8(2)
+        least = left[k] if left[k] <= up[k] else up[k]
+        codes[k] = np.uint8(0) if bent <= least else straight
+    for k in range(len(packed)):
+        low = codes[4 * k] | (codes[4 * k + 1] << np.uint8(2))
+        packed[k] = low | (codes[4 * k + 2] << np.uint8(4)) | (codes[4 * k + 3] << np.uint8(6))
+
+
+@compiled
 def warp(rows: np.ndarray, columns: np.ndarray) -> tuple[float, np.ndarray]:
     """g(N - 1, M - 1), and the path (L, 2) of index pairs from (0, 0) to (N - 1, M - 1)."""
     n_rows, n_columns = rows.shape[1], columns.shape[1]
     n_diagonals = n_rows + n_columns - 1
-    # Two rows of infinity in front stand for the diagonals -2 and -1.
-    costs = np.full((n_diagonals + 2, n_rows + 1), np.inf)
-    local = np.empty((n_diagonals, n_rows))
+    costs = np.full((3, n_rows + 1), np.inf)
+    local = np.empty(n_rows)
+    codes = np.zeros(n_rows + 3, dtype=np.uint8)
+    starts = np.empty(n_diagonals + 1, dtype=np.int64)  # of each diagonal's bytes
+    starts[0] = 0
     for s in range(n_diagonals):
-        accumulate_diagonal(s, rows, columns, costs[s], costs[s + 1], local[s], costs[s + 2])
+        size = min(n_rows, s + 1) - max(0, s - n_columns + 1)
+        starts[s + 1] = starts[s] + (size + 3) // 4
+    packed = np.empty(starts[n_diagonals], dtype=np.uint8)
+    for s in range(n_diagonals):
+        before, last = costs[(s + 1) % 3], costs[(s + 2) % 3]
+        accumulate_diagonal(s, rows, columns, before, last, local, costs[s % 3])
+        kept = packed[starts[s] : starts[s + 1]]
+        keep_steps(s, n_columns, before, last, local, codes, kept)
     path = np.empty((n_diagonals, 2), dtype=np.int64)
     i, j, at = n_rows - 1, n_columns - 1, n_diagonals - 1
     path[at, 0], path[at, 1] = i, j
     while i > 0 or j > 0:
-        s = i + j
-        left, up = costs[s + 1, i + 1], costs[s + 1, i]
-        diagonal = costs[s, i] + local[s, i]
-        if diagonal <= left and diagonal <= up:
-            i -= 1
-            j -= 1
-        elif left <= up:
-            j -= 1
-        else:
-            i -= 1
+        k = i - max(0, i + j - n_columns + 1)
+        step = (packed[starts[i + j] + k // 4] >> np.uint8(2 * (k % 4))) & np.uint8(3)
+        i -= step != 1
+        j -= step != 2
         at -= 1
         path[at, 0], path[at, 1] = i, j
-    return costs[n_diagonals + 1, n_rows], path[at:]
+    return costs[(n_diagonals - 1) % 3, n_rows], path[at:]
