@@ -43,6 +43,8 @@ RNG = np.random.default_rng(0)
 MODEL = TPGMM(2).fit(DEMONSTRATIONS)
 TRAJECTORY = TrajectoryTPGMM(2, samples=30).fit(DEMONSTRATIONS)
 TIMED = TimeTPGMM(2).fit(DEMONSTRATIONS)
+CLOCK = learning.Clock.of(DEMONSTRATIONS, learning.Alignment())
+FUSED = MODEL.in_situation(FRAMES).marginal(3)
 BOUNDS = BoundsSampler.around(DEMONSTRATIONS)
 
 #: Out of the robot's reach: nothing is simulated after the cloth has settled.
@@ -77,6 +79,7 @@ VALID = {
     "sample_postures": {"n": 1, "rng": RNG},
     "save_demonstrations": {"path": "some.h5", "demonstrations": []},
     "TPGMM": {"n_components": 2},
+    "Alignment": {},
     "AugmentOptions": {},
     "BoundsSampler": {"bounds": BOUNDS.bounds},
     "EMOptions": {},
@@ -106,6 +109,7 @@ VALID = {
     "load_model": {"path": "none.npz"},
     "n_parameters": {"n_components": 1, "n_frames": 1, "n_dims": 1},
     "noise_deviation": {"positions": LINE, "snr_db": 30.0, "reference": "world"},
+    "remarks": {"demonstrations": DEMONSTRATIONS},
     "rms_cost": {"reproductions": [LINE], "demonstrated": [LINE]},
     "rotation": {"angles": 1.0},
     "save_model": {"model": MODEL, "path": "some.npz"},
@@ -117,20 +121,42 @@ METHODS = {
     "TPGMM.samples": (MODEL.samples, {"demonstrations": DEMONSTRATIONS}),
     "TPGMM.log_likelihood": (MODEL.log_likelihood, {"demonstrations": DEMONSTRATIONS}),
     "TPGMM.regression": (MODEL.regression, {"frames": FRAMES}),
+    "TPGMM.in_situation": (MODEL.in_situation, {"frames": FRAMES}),
     "TrajectoryTPGMM.fit": (TRAJECTORY.fit, {"demonstrations": DEMONSTRATIONS}),
     "TrajectoryTPGMM.refit": (TRAJECTORY.refit, {"demonstrations": DEMONSTRATIONS}),
     "TrajectoryTPGMM.generate": (TRAJECTORY.generate, {"frames": FRAMES, "start": np.zeros(3)}),
     "TrajectoryTPGMM.synthesise": (TRAJECTORY.synthesise, {"frames": FRAMES}),
     "TrajectoryTPGMM.cost": (TRAJECTORY.cost, {"demonstrations": DEMONSTRATIONS}),
+    "TrajectoryTPGMM.motion": (TRAJECTORY.motion, {"frames": FRAMES, "start": np.zeros(3)}),
+    "TrajectoryTPGMM.log_density": (TRAJECTORY.log_density, {"frames": FRAMES, "points": LINE}),
+    "TrajectoryTPGMM.sample": (
+        TRAJECTORY.sample,
+        {"frames": FRAMES, "start": np.zeros(3), "rng": RNG},
+    ),
     "TimeTPGMM.fit": (TIMED.fit, {"demonstrations": DEMONSTRATIONS}),
     "TimeTPGMM.generate": (TIMED.generate, {"frames": FRAMES}),
     "TimeTPGMM.at_times": (TIMED.at_times, {"frames": FRAMES, "times": np.arange(3.0)}),
+    "TimeTPGMM.motion": (TIMED.motion, {"frames": FRAMES}),
+    "TimeTPGMM.log_density": (
+        TIMED.log_density,
+        {"frames": FRAMES, "times": np.arange(10.0), "points": LINE},
+    ),
+    "TimeTPGMM.sample": (TIMED.sample, {"frames": FRAMES, "rng": RNG}),
     "TimeTPGMM.cost": (TIMED.cost, {"demonstrations": DEMONSTRATIONS}),
     "Frame.to_world": (FRAMES[0].to_world, {"points": LINE}),
     "Frame.to_local": (FRAMES[0].to_local, {"points": LINE}),
     "BoundsSampler.around": (BoundsSampler.around, {"demonstrations": DEMONSTRATIONS}),
     "BoundsSampler.sample": (BOUNDS.sample, {"rng": RNG}),
     "FrameBounds.fixed": (learning.FrameBounds.fixed, {"frame": FRAMES[0]}),
+    "Clock.of": (
+        learning.Clock.of,
+        {"demonstrations": DEMONSTRATIONS, "alignment": learning.Alignment()},
+    ),
+    "Clock.align": (CLOCK.align, {"demonstrations": DEMONSTRATIONS}),
+    "GaussianMixture.log_density": (FUSED.log_density, {"points": LINE}),
+    "GaussianMixture.deviations": (FUSED.deviations, {"points": LINE}),
+    "GaussianMixture.marginal": (FUSED.marginal, {"n_dims": 1}),
+    "GaussianMixture.sample": (FUSED.sample, {"count": 1, "rng": RNG}),
     "Endpoint.of": (learning.Endpoint.of, {"demonstrations": DEMONSTRATIONS, "index": 0}),
     "Endpoint.predict": (TRAJECTORY.end_point.predict, {"frames": FRAMES}),
     "Posture.from_dict": (dressing_sim.Posture.from_dict, {"values": FAR.to_dict()}),
@@ -143,7 +169,7 @@ NONE = {
     *("DemonstrationLike", "Inputs", "Policy", "SituationSampler", "TimedPath"),
     *("FUSION_ORDERS", "FusionOrder", "METHODS", "Method", "__version__"),
     *("Augmentation", "Candidate", "EMRecord", "Endpoint", "Mixture", "Outcome", "Situation"),
-    "Warping",
+    *("Clock", "GaussianMixture", "Motion", "Remark", "Warping"),
 }
 
 

@@ -21,13 +21,17 @@ from dressing_sim.learning.components import (
 )
 from dressing_sim.learning.costs import dtw_cost, rms_cost
 from dressing_sim.learning.demonstrations import DemonstrationLike, SyntheticDemonstration
+from dressing_sim.learning.density import GaussianMixture
 from dressing_sim.learning.dtw import Warping, dtw, dtw_distance
 from dressing_sim.learning.em import EMOptions, EMRecord, Mixture
 from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import Frame, Situation
 from dressing_sim.learning.gmr import FUSION_ORDERS, FusionOrder
+from dressing_sim.learning.motion import Motion
 from dressing_sim.learning.noise import add_white_noise, noise_deviation
+from dressing_sim.learning.phases import Alignment, Clock
 from dressing_sim.learning.policy import Inputs, Policy, TimedPath
+from dressing_sim.learning.remarks import Remark, remarks
 from dressing_sim.learning.sampling import (
     BoundsSampler,
     FrameBounds,
@@ -44,10 +48,12 @@ __all__ = [
     "FUSION_ORDERS",
     "METHODS",
     "TPGMM",
+    "Alignment",
     "AugmentOptions",
     "Augmentation",
     "BoundsSampler",
     "Candidate",
+    "Clock",
     "DemonstrationLike",
     "EMOptions",
     "EMRecord",
@@ -55,10 +61,13 @@ __all__ = [
     "Frame",
     "FrameBounds",
     "FusionOrder",
+    "GaussianMixture",
     "Inputs",
     "Method",
     "Mixture",
+    "Motion",
     "Policy",
+    "Remark",
     "Situation",
     "SituationSampler",
     "SyntheticDemonstration",
@@ -78,6 +87,7 @@ __all__ = [
     "load_model",
     "n_parameters",
     "noise_deviation",
+    "remarks",
     "rms_cost",
     "rotation",
     "save_model",

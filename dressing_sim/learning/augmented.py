@@ -14,6 +14,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.augment import Augmentation, AugmentOptions, augment
 from dressing_sim.learning.demonstrations import DemonstrationLike
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.motion import Motion
 from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
@@ -98,6 +99,24 @@ class AugmentedTPGMM:
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
         """The improved policy's motion (T, p) for a situation, see ``TrajectoryTPGMM.generate``."""
         return self.policy.generate(frames, start)
+
+    def motion(self, frames: Sequence[Frame], start: ArrayLike) -> Motion:
+        """The improved policy's motion with why it ended, see ``TrajectoryTPGMM.motion``."""
+        return self.policy.motion(frames, start)
+
+    def log_density(self, frames: Sequence[Frame], points: ArrayLike) -> FloatArray:
+        """How sure the improved policy is at positions, see ``TrajectoryTPGMM.log_density``."""
+        return self.policy.log_density(frames, points)
+
+    def sample(
+        self,
+        frames: Sequence[Frame],
+        start: ArrayLike,
+        rng: np.random.Generator,
+        count: int = 1,
+    ) -> FloatArray:
+        """Paths drawn from the improved policy, see ``TrajectoryTPGMM.sample``."""
+        return self.policy.sample(frames, start, rng, count)
 
     def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
         """Settings and arrays for ``storage``; without the sampler, which only ``fit`` needs."""

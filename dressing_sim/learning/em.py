@@ -12,11 +12,11 @@ Intelligent Service Robotics 9, doi:10.1007/s11370-015-0187-9.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from dressing_sim.checks import real_array, real_number, whole_number
+from dressing_sim.checks import one_of, real_array, real_number, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray
 
@@ -24,6 +24,10 @@ from dressing_sim.learning.frame import FloatArray
 MOST_STEPS = 1_000_000
 
 Initialisation = Literal["time-bins", "k-means"]
+Flooring = Literal["added", "prior"]
+
+#: Below this fraction of it a log-likelihood falls by rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,19 +74,28 @@ class Mixture:
 
 @dataclass(frozen=True)
 class EMOptions:
-    """When expectation-maximisation stops.
+    """When expectation-maximisation stops, and what a covariance floor means to it.
 
-    The defaults are those of the authors' code (5 to 100 steps, 1e-5).
+    The defaults are those of the authors' code (5 to 100 steps, 1e-5, the floor added).
 
     Attributes:
         min_steps: steps before the tolerance is looked at.
         max_steps: steps after which it stops in any case.
-        tolerance: it stops once a step raises the mean log-likelihood by less.
+        tolerance: it stops once a step raises the objective by less, a mean log-likelihood.
+        flooring: ``"added"``: the floor F_p is added to every covariance at every step. That does
+            not maximise the likelihood, which may fall; EM then stops. ``"prior"``: the floor is
+            the scale of a Wishart-like prior, and EM maximises the penalised likelihood
+
+                log L - (N / 2 K) sum_kp tr(S_kp^-1 F_p),
+
+            which never falls: S_kp is the sample covariance plus F_p N / (K N_k). A component with
+            its fair share N_k = N / K of the samples has F_p added, one with fewer more.
     """
 
     min_steps: int = 5
     max_steps: int = 100
     tolerance: float = 1e-5
+    flooring: Flooring = "added"
 
     def __post_init__(self) -> None:
         for name in ("min_steps", "max_steps"):
@@ -92,6 +105,7 @@ class EMOptions:
                 f"EM needs 1 <= min_steps <= max_steps, not {self.min_steps} and {self.max_steps}"
             )
         real_number(self.tolerance, "EM's tolerance", 0.0)
+        one_of(self.flooring, "flooring", get_args(Flooring))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,16 +114,33 @@ class EMRecord:
 
     Attributes:
         log_likelihoods: mean log-likelihood of a sample before each step (n_steps,).
-        converged: whether it stopped by its tolerance.
+        converged: whether it stopped because the objective hardly changed any more: neither rose
+            nor fell by the tolerance.
+        objectives: what is maximised, before each step (n_steps,): the mean log-likelihood, or with
+            the floor as a prior the mean penalised one.
     """
 
     log_likelihoods: FloatArray
     converged: bool
+    objectives: FloatArray
+
+    @property
+    def fell(self) -> bool:
+        """Whether it stopped because the last step lowered the objective: a floor's doing."""
+        return _falls(self.objectives, 0.0)
 
     @property
     def n_steps(self) -> int:
         """Number of steps taken."""
         return len(self.log_likelihoods)
+
+
+def _falls(objectives: FloatArray, tolerance: float) -> bool:
+    """Whether the last step lowered the objective by more than a tolerance and rounding."""
+    if len(objectives) < 2:
+        return False
+    rounding = _ROUNDING * (1.0 + abs(float(objectives[-1])))
+    return bool(objectives[-1] < objectives[-2] - max(tolerance, rounding))
 
 
 def covariance_floor(
@@ -227,8 +258,8 @@ def fit_mixture(
     Args:
         data: (P, D, N) samples in each frame.
         initial: where to start; the current model for a warm start.
-        floor: (P, D, D), added to every covariance at every step.
-        options: when to stop.
+        floor: (P, D, D), added to every covariance at every step, or the scale of a prior.
+        options: when to stop, and which of the two.
 
     Raises:
         InvalidInputError: a covariance became singular, which a larger floor prevents.
@@ -237,7 +268,7 @@ def fit_mixture(
 
     priors, means = initial.priors.copy(), initial.means.copy()
     covariances = initial.covariances.copy()
-    likelihoods, converged, sound = expectation_maximisation(
+    record, stopped, sound = expectation_maximisation(
         np.ascontiguousarray(data, dtype=np.float64),
         floor,
         priors,
@@ -246,13 +277,17 @@ def fit_mixture(
         options.min_steps,
         options.max_steps,
         options.tolerance,
+        options.flooring == "prior",
     )
     if not (sound and np.isfinite(means).all() and _definite(covariances)):
         raise InvalidInputError(
             "a component's covariance became singular: use a larger covariance floor, "
             "fewer components or more varied demonstrations"
         )
-    return Mixture(priors, means, covariances), EMRecord(likelihoods, converged)
+    converged = stopped and not _falls(record[1], options.tolerance)
+    return Mixture(priors, means, covariances), EMRecord(
+        record[0].copy(), converged, record[1].copy()
+    )
 
 
 def _definite(covariances: FloatArray) -> bool:

@@ -105,6 +105,32 @@ def lift(frames: Sequence[Frame], n_time: int, n_copies: int) -> tuple[FloatArra
     return lifted, offsets
 
 
+def view_ridges(ridge: float | FloatArray, bases: FloatArray) -> FloatArray:
+    """Ridges (P, p, p) in world coordinates that are multiples of the identity in their frames.
+
+    Args:
+        ridge: of all frames, or (P,) of each.
+        bases: A (P, p, p) of each frame.
+    """
+    if isinstance(ridge, np.ndarray):
+        ridge = ridge[:, None, None]
+    return np.asarray(ridge * bases @ bases.transpose(0, 2, 1))
+
+
+def fused_ridge(ridge: float | FloatArray, bases: FloatArray) -> FloatArray:
+    """One ridge (1, p, p): a multiple of the identity, or the harmonic mean of the frames' own.
+
+    Args:
+        ridge: one number, or (P,) of each frame.
+        bases: A (P, p, p) of each frame.
+    """
+    if not isinstance(ridge, np.ndarray):
+        return ridge * np.eye(bases.shape[1])[None]
+    if not (ridge > 0.0).all():
+        return np.zeros((1, *bases.shape[1:]))
+    return _symmetric(np.linalg.inv(np.linalg.inv(view_ridges(ridge, bases)).mean(axis=0)))[None]
+
+
 class Regression(NamedTuple):
     """A mixture prepared for regression: what does not depend on the query, computed once.
 

@@ -16,9 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.demonstrations import DemonstrationLike
 from dressing_sim.learning.dtw import dtw
-from dressing_sim.learning.frame import FloatArray
+from dressing_sim.learning.frame import FloatArray, Frame, stack_frames
 from dressing_sim.learning.transport import Transport
+
+#: How far the tips of the axes that are landmarks are from their frame's origin, and over which
+#: displacements of landmarks are alike, as fractions of a path's length; how far a landmark may be
+#: missed, as a fraction of how far landmarks are displaced. Of situations of which nothing is known
+#: but their frames; demonstrations are only compared in such a situation, so little depends on it.
+_TIP, ALIKE, MISSED = 0.25, 0.5, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +59,57 @@ def moving(positions: FloatArray, still: float) -> slice:
     return slice(first, last) if last - first > 2 else slice(0, len(positions))
 
 
-def by_length(positions: FloatArray, dt: float, cuts: Sequence[int], rows: int) -> Phased:
+def moving_part(positions: FloatArray, dt: float, still: float) -> tuple[FloatArray, FloatArray]:
+    """A path without standing still at its start and end, cut where it crosses the distance.
+
+    It is cut between samples, so that the sampling rate does not matter as it does for `moving`.
+
+    Args:
+        positions: The path (T, p).
+        dt: Time between two of its rows [s].
+        still: See `moving`.
+
+    Returns:
+        Positions (N, p), and their times (N,) on the path's own clock [s].
+    """
+    times: FloatArray = np.arange(len(positions), dtype=np.float64) * float(dt)
+    if still == 0.0:
+        return positions, times
+    rows = moving(positions, still)
+    reach = still * float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+    first = _crossing(positions[rows.start : rows.start + 2], positions[0], reach)
+    last = _crossing(positions[rows.stop - 2 : rows.stop][::-1], positions[-1], reach)
+    begin = times[rows.start] + first * dt
+    end = times[rows.stop - 1] - last * dt
+    inner = times[(times > begin) & (times < end)]
+    if len(inner) < 1:
+        return positions, times
+    kept = np.concatenate([[begin], inner, [end]])
+    return at_times(positions, times, kept), kept
+
+
+def _crossing(step: FloatArray, centre: FloatArray, reach: float) -> float:
+    """Which fraction of a step (2, p) is within a distance of a point; it begins within."""
+    offset, way = step[0] - centre, step[1] - step[0]
+    a, b, c = way @ way, offset @ way, offset @ offset - reach**2
+    if not (a > 0.0 and c < 0.0):
+        return 0.0
+    return float(np.clip((np.sqrt(b * b - a * c) - b) / a, 0.0, 1.0))
+
+
+def at_times(positions: FloatArray, times: FloatArray, wanted: FloatArray) -> FloatArray:
+    """A path (T, p) passed at times (T,), at other times (N,): (N, p), by interpolation."""
+    return np.column_stack([np.interp(wanted, times, column) for column in positions.T])
+
+
+def by_length(
+    positions: FloatArray, dt: float | FloatArray, cuts: Sequence[int], rows: int
+) -> Phased:
     """A path cut at rows of its own, each piece resampled evenly along its length.
 
     Args:
         positions: (T, p).
-        dt: Time between two of its rows [s].
+        dt: Time between two of its rows, or when each is passed (T,) [s].
         cuts: Rows at which it is cut, rising, neither the first nor the last.
         rows: Of each piece; neighbours share one.
 
@@ -77,10 +129,38 @@ def by_length(positions: FloatArray, dt: float, cuts: Sequence[int], rows: int) 
         np.arange(len(edges)),
         length[edges],
     )
-    times = np.interp(places, length, np.arange(len(positions)) * dt)
+    passed = dt if isinstance(dt, np.ndarray) else np.arange(len(positions)) * dt
+    times = np.interp(places, length, passed)
     points = np.column_stack([np.interp(places, length, column) for column in positions.T])
     inner = tuple(int(cut) for cut in (rows - 1) * np.arange(1, len(edges) - 1))
     return Phased(points, times, inner)
+
+
+def by_phase(demonstration: DemonstrationLike, still: float, rows: int) -> Phased:
+    """The moving part of a demonstration, evenly along its length; its times begin with zero.
+
+    Args:
+        demonstration: The demonstration.
+        still: See `moving`.
+        rows: Of the result.
+    """
+    positions, times = moving_part(np.asarray(demonstration.positions), demonstration.dt, still)
+    return by_length(positions, times - times[0], [], rows)
+
+
+def landmarks_of(frames: Sequence[Frame], scale: float) -> FloatArray:
+    """Origins of frames and tips of their axes, whatever the scale of a frame's own: (K, p).
+
+    Args:
+        frames: P frames of dimension p; K = P (1 + p).
+        scale: Length of a path, in the unit of the positions.
+    """
+    bases, origins = stack_frames(frames)
+    p = origins.shape[1]
+    size = np.abs(np.linalg.det(bases)) ** (1.0 / p)
+    tips = _TIP * scale * (bases / size[:, None, None]).transpose(0, 2, 1)
+    points = np.concatenate([origins[:, None], origins[:, None] + tips], axis=1)
+    return points.reshape(-1, p)
 
 
 def in_phase(

@@ -2,12 +2,20 @@
 
 from collections.abc import Sequence
 from copy import copy
+from types import NoneType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dressing_sim.checks import LARGEST, real_array, real_number, real_vector, truth_value
+from dressing_sim.checks import (
+    LARGEST,
+    of_kind,
+    real_array,
+    real_number,
+    real_vector,
+    truth_value,
+)
 from dressing_sim.learning.costs import rms_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -15,9 +23,19 @@ from dressing_sim.learning.demonstrations import (
     check_demonstrations,
     duration,
 )
+from dressing_sim.learning.density import GaussianMixture, definite_factors
 from dressing_sim.learning.em import EMOptions, Initialisation
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, check_fusion
+from dressing_sim.learning.motion import Motion, check_draw
+from dressing_sim.learning.phases import (
+    Alignment,
+    Clock,
+    clock_from_state,
+    clock_state,
+    on_clock,
+)
+from dressing_sim.learning.remarks import tell
 from dressing_sim.learning.tpgmm import TPGMM
 
 
@@ -30,18 +48,22 @@ class TimeTPGMM:
         n_components: K.
         fusion: ``"regression-then-product"`` or ``"product-then-regression"``, see ``gmr``.
         floor: added to every variance at every step of the fit; see ``TPGMM``.
-        relative_floor: whether ``floor`` is a fraction of the data's variance.
+        relative_floor: whether ``floor`` and ``ridge`` are fractions of the data's variance in each
+            frame, rather than variances in the unit squared.
         time_scale: factor on time, which sets how time weighs against position.
         ridge: added to the conditional variances before the product over frames.
         blend: the share of the duration over which a path bends from a given start into the
             regression.
         shrinkage, initialisation, options, rng: see ``TPGMM``.
+        alignment: how demonstrations are brought onto one clock before the fit, see ``phases``;
+            None learns from them as they are. Costs are then of demonstrations on that clock.
 
     Attributes:
         dt: time between the samples of a generated path in [s], the shortest of the
             demonstrations', once fitted.
         model: the fitted ``TPGMM``.
         duration: mean duration of the demonstrations in [s], once fitted.
+        clock: what demonstrations are aligned with, once fitted with an alignment.
     """
 
     def __init__(
@@ -58,12 +80,16 @@ class TimeTPGMM:
         initialisation: Initialisation = "time-bins",
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
+        alignment: Alignment | None = None,
     ) -> None:
+        of_kind(alignment, (Alignment, NoneType), "alignment", "an Alignment or None")
         real_number(ridge, "a time-based policy's ridge", 0.0, LARGEST)
         real_number(blend, "a time-based policy's blend", 0.0, 1.0, above=True)
         self.fusion = check_fusion(fusion)
         self.ridge = ridge
         self.blend = blend
+        self.alignment = alignment
+        self.clock: Clock | None = None
         self.model = TPGMM(
             n_components,
             encoding="time",
@@ -85,6 +111,10 @@ class TimeTPGMM:
             InvalidInputError: demonstrations that cannot be learned from.
         """
         checked = check_demonstrations(demonstrations)
+        self.clock = None if self.alignment is None else Clock.of(checked, self.alignment)
+        if self.clock is None:
+            tell(checked)
+        checked = on_clock(self.clock, checked)
         self.model.fit(checked)
         self.dt = min(float(demonstration.dt) for demonstration in checked)
         self.duration = float(np.mean([duration(demonstration) for demonstration in checked]))
@@ -100,7 +130,8 @@ class TimeTPGMM:
         truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
-        other.model.fit(demonstrations, self.model.fitted() if warm else None)
+        seen = on_clock(self.clock, demonstrations)
+        other.model.fit(seen, self.model.fitted() if warm else None)
         return other
 
     def at_times(self, frames: Sequence[Frame], times: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -110,7 +141,10 @@ class TimeTPGMM:
             frames: the situation.
             times: (T,) since the start in [s].
         """
-        regression = self.model.regression(frames, self.fusion, self.ridge)
+        ridge: float | FloatArray = self.ridge
+        if self.model.relative_floor and self.model.spread is not None:
+            ridge = self.ridge * self.model.spread
+        regression = self.model.regression(frames, self.fusion, ridge)
         return regression(
             real_array(times, ("T",), "times have", "s")[:, None] * self.model.time_scale
         )
@@ -148,8 +182,68 @@ class TimeTPGMM:
         blended[0] = origin
         return blended
 
+    def motion(self, frames: Sequence[Frame], start: ArrayLike | None = None) -> Motion:
+        """The path of ``generate`` with how far it is from the regression.
+
+        It always ends because its time is over: a path over time knows no other end.
+        """
+        path = self.generate(frames, start)
+        assert self.dt is not None
+        means, covariances = self.at_times(frames, np.arange(len(path)) * self.dt)
+        offsets = np.linalg.solve(definite_factors(covariances), (path - means)[..., None])
+        return Motion(path, self.dt, "time", np.linalg.norm(offsets[..., 0], axis=1))
+
+    def log_density(
+        self, frames: Sequence[Frame], times: ArrayLike, points: ArrayLike
+    ) -> FloatArray:
+        """log p(x | t, frames) of where the motion is at some times: (T,).
+
+        Args:
+            frames: the situation.
+            times: (T,) since the start in [s].
+            points: (T, p) in world coordinates.
+        """
+        means, covariances = self.at_times(frames, times)
+        values = real_array(points, means.shape, "points have")
+        one = np.ones(1)
+        return np.array(
+            [
+                GaussianMixture(one, mean[None], covariance[None]).log_density(value[None])[0]
+                for mean, covariance, value in zip(means, covariances, values, strict=True)
+            ]
+        )
+
+    def sample(
+        self, frames: Sequence[Frame], rng: np.random.Generator, count: int = 1
+    ) -> FloatArray:
+        """Paths (count, T, p) as likely as the model says, ``dt`` apart.
+
+        The regression plus L(t) e, with L(t) L(t)^T its covariance and e drawn once for a path: at
+        each time the paths are distributed as the model says, and each path is smooth, as
+        demonstrations are. That they stay on one side throughout is a choice of this library; the
+        model says nothing about it.
+
+        Args:
+            frames: the situation.
+            rng: where the randomness comes from.
+            count: how many.
+        """
+        check_draw(count, rng)
+        path = self.generate(frames)
+        assert self.dt is not None
+        _, covariances = self.at_times(frames, np.arange(len(path)) * self.dt)
+        normal = rng.standard_normal((count, path.shape[1]))
+        return path + np.einsum("tij,nj->nti", definite_factors(covariances), normal)
+
     def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
-        """The regression in a demonstration's own situation, at its own sample times."""
+        """The regression in a demonstration's own situation, at its own sample times.
+
+        With an alignment, at those it has on the policy's clock.
+        """
+        (seen,) = on_clock(self.clock, [demonstration])
+        return self._reproduce(seen)
+
+    def _reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
         times = np.arange(len(demonstration.positions)) * demonstration.dt
         path, _ = self.at_times(demonstration.frames, times)
         return SyntheticDemonstration(path, demonstration.dt, demonstration.frames)
@@ -162,15 +256,16 @@ class TimeTPGMM:
 
     def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
         """Reproduction cost: ``rms_cost``, in the unit of the positions."""
-        checked = check_demonstrations(demonstrations)
+        checked = on_clock(self.clock, demonstrations)
         return rms_cost(
-            [self.reproduce(demonstration).positions for demonstration in checked],
+            [self._reproduce(demonstration).positions for demonstration in checked],
             [np.asarray(demonstration.positions) for demonstration in checked],
         )
 
     def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
         """Settings and arrays for ``storage``."""
         model, arrays = self.model.state()
+        alignment, clock = clock_state(self.clock)
         settings = {
             "model": model,
             "fusion": self.fusion,
@@ -178,8 +273,9 @@ class TimeTPGMM:
             "blend": self.blend,
             "dt": self.dt,
             "duration": self.duration,
+            "alignment": alignment,
         }
-        return settings, arrays
+        return settings, {**arrays, **clock}
 
     @classmethod
     def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
@@ -188,5 +284,7 @@ class TimeTPGMM:
         policy = cls(**{name: settings[name] for name in names})
         policy.model = TPGMM.from_state(settings["model"], arrays)
         policy.dt = real_number(settings["dt"], "dt", 0.0, above=True)
+        policy.clock = clock_from_state(settings.get("alignment"), arrays)
+        policy.alignment = None if policy.clock is None else policy.clock.alignment
         policy.duration = real_number(settings["duration"], "duration", 0.0, 1e6 * policy.dt)
         return policy

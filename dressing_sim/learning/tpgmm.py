@@ -18,22 +18,31 @@ from dressing_sim.checks import (
     listed,
     of_kind,
     one_of,
+    real_array,
     real_number,
     truth_value,
     whole_number,
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import em
-from dressing_sim.learning.demonstrations import (
-    DemonstrationLike,
-    check_demonstrations,
-    in_frames,
-    resample,
-)
+from dressing_sim.learning.demonstrations import DemonstrationLike
+from dressing_sim.learning.density import GaussianMixture
 from dressing_sim.learning.em import EMOptions, EMRecord, Initialisation, Mixture
 from dressing_sim.learning.frame import FloatArray, Frame, situation
-from dressing_sim.learning.gmr import FusionOrder, Regression, check_fusion, lift, product, to_world
+from dressing_sim.learning.gmr import (
+    FusionOrder,
+    Regression,
+    WorldMixture,
+    check_fusion,
+    fused_ridge,
+    lift,
+    product,
+    to_world,
+    view_ridges,
+)
 from dressing_sim.learning.gmr import regression as prepare_regression
+from dressing_sim.learning.phases import Alignment, Clock, clock_from_state, clock_state, on_clock
+from dressing_sim.learning.samples import common_step_time, time_samples, trajectory_samples
 from dressing_sim.learning.shrinkage import shrink_between
 
 Encoding = Literal["trajectory", "time"]
@@ -60,11 +69,15 @@ class TPGMM:
         initialisation: ``"time-bins"``, or ``"k-means"`` on the joint samples of all frames.
         options: when expectation-maximisation stops.
         rng: needed by ``"k-means"`` only.
+        alignment: how demonstrations are brought onto one clock first, see ``phases``; None takes
+            them as they are. The clock is kept for a warm start and for further demonstrations.
 
     Attributes:
         mixture: the fitted ``Mixture``; None before ``fit``.
         predictive: the ``Mixture`` that regression uses: ``mixture``, or its shrunk form.
         record: the ``EMRecord`` of the last fit; None before.
+        spread: the outputs' variance in each frame (P,), mean over their axes, once fitted.
+        clock: what demonstrations are aligned with, once fitted with an alignment.
         step_time: time in [s] that a displacement spans, once fitted; None for ``"time"``.
 
     Raises:
@@ -84,6 +97,7 @@ class TPGMM:
         initialisation: Initialisation = "time-bins",
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
+        alignment: Alignment | None = None,
     ) -> None:
         whole_number(
             n_components, "a mixture needs n_components >= 1: n_components", 1, MOST_COMPONENTS
@@ -95,6 +109,7 @@ class TPGMM:
         for name, value in (("relative_floor", relative_floor), ("shrinkage", shrinkage)):
             truth_value(value, name)
         of_kind(options, (EMOptions, NoneType), "options", "EMOptions or None")
+        of_kind(alignment, (Alignment, NoneType), "alignment", "an Alignment or None")
         of_kind(rng, (np.random.Generator, NoneType), "rng", "a random generator or None")
         pair = (floor, floor) if isinstance(floor, int | float | np.number) else floor
         floors = listed(pair, "floor", "numbers")
@@ -110,9 +125,12 @@ class TPGMM:
         self.initialisation: Initialisation = initialisation
         self.options = options or EMOptions()
         self.rng = rng
+        self.alignment = alignment
+        self.clock: Clock | None = None
         self.mixture: Mixture | None = None
         self.predictive: Mixture | None = None
         self.record: EMRecord | None = None
+        self.spread: FloatArray | None = None
         self.step_time: float | None = None
 
     def samples(self, demonstrations: Sequence[DemonstrationLike]) -> tuple[FloatArray, list[int]]:
@@ -121,29 +139,20 @@ class TPGMM:
         Raises:
             InvalidInputError: demonstrations that cannot be learned from.
         """
-        checked = check_demonstrations(demonstrations)
+        checked = self._seen(demonstrations)
         if self.encoding == "time":
-            parts = [self._time_samples(demonstration) for demonstration in checked]
+            parts = [time_samples(demonstration, self.time_scale) for demonstration in checked]
         else:
-            step_time = self._step_time(checked)
-            parts = [_trajectory_samples(demonstration, step_time) for demonstration in checked]
+            step_time = self.dt or common_step_time(checked)
+            parts = [trajectory_samples(demonstration, step_time) for demonstration in checked]
         return np.concatenate(parts, axis=2), [part.shape[2] for part in parts]
 
-    def _step_time(self, demonstrations: Sequence[DemonstrationLike]) -> float:
-        if self.dt is not None:
-            return self.dt
-        step_times = {float(demonstration.dt) for demonstration in demonstrations}
-        if max(step_times) - min(step_times) > 1e-9 * max(step_times):
-            raise InvalidInputError(
-                f"the demonstrations have different dt {sorted(step_times)}: pass dt="
-            )
-        return max(step_times)
-
-    def _time_samples(self, demonstration: DemonstrationLike) -> FloatArray:
-        local = in_frames(np.asarray(demonstration.positions), demonstration.frames)
-        times = np.arange(local.shape[1]) * (demonstration.dt * self.time_scale)
-        column = np.broadcast_to(times[None, :, None], (*local.shape[:2], 1))
-        return np.concatenate([column, local], axis=2).transpose(0, 2, 1)
+    def _seen(self, demonstrations: Sequence[DemonstrationLike]) -> tuple[DemonstrationLike, ...]:
+        """The demonstrations as the model sees them, on its clock if it has an alignment."""
+        clock = self.clock
+        if clock is None and self.alignment is not None:
+            clock = Clock.of(demonstrations, self.alignment)
+        return on_clock(clock, demonstrations)
 
     def fit(
         self, demonstrations: Sequence[DemonstrationLike], warm_start: Mixture | None = None
@@ -158,6 +167,8 @@ class TPGMM:
             InvalidInputError: demonstrations that cannot be learned from, fewer samples than
                 components need, or a covariance that became singular.
         """
+        if self.alignment is not None and (warm_start is None or self.clock is None):
+            self.clock = Clock.of(demonstrations, self.alignment)
         data, lengths = self.samples(demonstrations)
         blocks = self.blocks(data.shape[1])
         floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor)
@@ -173,11 +184,13 @@ class TPGMM:
         else:
             initial = em.initialise_by_time(data, lengths, self.n_components, floor)
         self.mixture, self.record = em.fit_mixture(data, initial, floor, self.options)
+        self.spread = data[:, blocks[0] :].var(axis=2).mean(axis=1)
         self.predictive = self.mixture
         if self.shrinkage:
             self.predictive = shrink_between(self.mixture, data, lengths, blocks)
         if self.encoding == "trajectory":
-            self.step_time = self._step_time(tuple(demonstrations))
+            own = None if self.clock is None else self.clock.dt
+            self.step_time = self.dt or own or common_step_time(demonstrations)
         return self
 
     def blocks(self, n_dims: int) -> tuple[int, int]:
@@ -204,7 +217,7 @@ class TPGMM:
         self,
         frames: Sequence[Frame],
         fusion: FusionOrder = "regression-then-product",
-        ridge: float = 0.0,
+        ridge: float | FloatArray = 0.0,
         shared: bool = False,
     ) -> Regression:
         """The regression of output on input in a situation, in world coordinates.
@@ -213,19 +226,48 @@ class TPGMM:
             frames: the situation, as many frames as in the demonstrations.
             fusion: the order of regression and product, see ``gmr``.
             ridge: added to the diagonal of each conditional covariance, in the frame's coordinates
-                (in the fused one for ``"product-then-regression"``).
+                (in the fused one for ``"product-then-regression"``); one number, or one a frame
+                (P,), whose harmonic mean in world coordinates the fused one then gets.
             shared: ``"regression-then-product"`` with responsibilities common to all frames.
 
         Raises:
             InvalidInputError: not fitted, or another number or dimension of frames.
         """
+        n_frames, n_dims = self.fitted().means.shape[1:]
+        n_inputs, dimension = self.blocks(n_dims)
+        if isinstance(ridge, np.ndarray):
+            real_number(float(real_array(ridge, (n_frames,), "ridge has").min()), "ridge", 0.0)
+        else:
+            real_number(ridge, "ridge", 0.0, LARGEST)
+        truth_value(shared, "shared")
+        world, bases = self._in_world(frames)
+        local = bases[:, -dimension:, -dimension:]
+        if check_fusion(fusion) == "product-then-regression":
+            return prepare_regression(product(world), n_inputs, fused_ridge(ridge, local))
+        return prepare_regression(world, n_inputs, view_ridges(ridge, local), shared)
+
+    def in_situation(self, frames: Sequence[Frame]) -> GaussianMixture:
+        """What the model says of samples [t, x] or [x, dx] in a situation, in world coordinates.
+
+        Its components are the products of the frames' own (paper, equation 5). It can be asked for
+        the density of samples, and samples can be drawn from it.
+
+        Args:
+            frames: the situation, as many frames as in the demonstrations.
+
+        Raises:
+            InvalidInputError: not fitted, or another number or dimension of frames.
+        """
+        fused = product(self._in_world(frames)[0])
+        return GaussianMixture(fused.priors, fused.means[0], fused.covariances[0])
+
+    def _in_world(self, frames: Sequence[Frame]) -> tuple[WorldMixture, FloatArray]:
+        """Each frame's components in world coordinates, and A_hat (P, D, D)."""
         self.fitted()
         mixture = self.predictive
         assert mixture is not None
-        n_inputs, dimension = self.blocks(mixture.n_dims)
+        _, dimension = self.blocks(mixture.n_dims)
         frames = situation(frames)
-        real_number(ridge, "ridge", 0.0, LARGEST)
-        truth_value(shared, "shared")
         if len(frames) != mixture.n_frames or any(f.dimension != dimension for f in frames):
             raise InvalidInputError(
                 f"the situation needs {mixture.n_frames} frames of dimension {dimension}, "
@@ -233,13 +275,7 @@ class TPGMM:
             )
         time = self.encoding == "time"
         bases, origins = lift(frames, n_time=int(time), n_copies=1 if time else 2)
-        world = to_world(mixture, bases, origins)
-        if check_fusion(fusion) == "product-then-regression":
-            ridges = ridge * np.eye(dimension)[None]
-            return prepare_regression(product(world), n_inputs, ridges)
-        local = bases[:, -dimension:, -dimension:]
-        ridges = ridge * local @ local.transpose(0, 2, 1)
-        return prepare_regression(world, n_inputs, ridges, shared)
+        return to_world(mixture, bases, origins), bases
 
     def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
         """Settings and arrays for ``storage``."""
@@ -265,8 +301,12 @@ class TPGMM:
             "covariances": mixture.covariances,
             "predictive_covariances": self.predictive.covariances,
             "log_likelihoods": self.record.log_likelihoods,
+            "objectives": self.record.objectives,
         }
-        return settings, arrays
+        if self.spread is not None:
+            arrays["spread"] = self.spread
+        settings["alignment"], clock = clock_state(self.clock)
+        return settings, {**arrays, **clock}
 
     @classmethod
     def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
@@ -275,7 +315,9 @@ class TPGMM:
         step_time, converged = fields.pop("step_time"), bool(fields.pop("converged"))
         fields["floor"] = tuple(fields["floor"])
         fields["options"] = EMOptions(**fields["options"])
+        clock = clock_from_state(fields.pop("alignment", None), arrays)
         model = cls(fields.pop("n_components"), **fields)
+        model.clock, model.alignment = clock, None if clock is None else clock.alignment
         model.mixture = Mixture(arrays["priors"], arrays["means"], arrays["covariances"])
         model.mixture.check()
         model.predictive = Mixture(
@@ -284,16 +326,10 @@ class TPGMM:
         model.predictive.check()
         if model.mixture.n_components != model.n_components:
             raise InvalidInputError("its number of components is not its arrays'")
-        model.record = EMRecord(arrays["log_likelihoods"], converged)
+        # Files of before have neither of these.
+        objectives = "objectives" if "objectives" in arrays else "log_likelihoods"
+        model.record = EMRecord(arrays["log_likelihoods"], converged, arrays[objectives])
+        if "spread" in arrays:
+            model.spread = real_array(arrays["spread"], (model.mixture.n_frames,), "its spread has")
         model.step_time = step_time
         return model
-
-
-def _trajectory_samples(demonstration: DemonstrationLike, step_time: float) -> FloatArray:
-    path = resample(np.asarray(demonstration.positions), demonstration.dt, step_time)
-    steps = np.diff(path, axis=0)
-    views = []
-    for frame in demonstration.frames:
-        local = frame.to_local(path[:-1])
-        views.append(np.concatenate([local, frame.displacements_to_local(steps)], axis=1).T)
-    return np.stack(views)

@@ -6,6 +6,7 @@ is x_{t+1} = x_t + E[dx | x_t] (Zhu, Gienger and Kober 2022, section VI, equatio
 
 from collections.abc import Sequence
 from copy import copy
+from types import NoneType
 from typing import Any, Self
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from dressing_sim.checks import (
     LARGEST,
+    of_kind,
     real_number,
     real_vector,
     truth_value,
@@ -30,6 +32,15 @@ from dressing_sim.learning.em import EMOptions, Initialisation
 from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, check_finite, check_fusion
+from dressing_sim.learning.motion import Ending, Motion, drawn_paths
+from dressing_sim.learning.phases import (
+    Alignment,
+    Clock,
+    clock_from_state,
+    clock_state,
+    on_clock,
+)
+from dressing_sim.learning.remarks import tell
 from dressing_sim.learning.tpgmm import TPGMM
 
 _SETTINGS = (
@@ -40,7 +51,12 @@ _SETTINGS = (
     "rest_speed",
     "rest_count",
     "step_limit",
+    "outside",
+    "stop_outside",
 )
+#: Settings that files did not hold at first; they were as by default.
+_LATER = frozenset({"outside", "stop_outside"})
+
 #: In a demonstration, once resampled; more are not meant.
 MOST_SAMPLES = 100_000
 
@@ -72,17 +88,28 @@ class TrajectoryTPGMM:
             half of the shortest demonstration's duration.
         rest_count: see ``rest_speed``.
         step_limit: the path has at most this many times the longest demonstration's samples.
+        outside: a position has left the data once it is this many standard deviations from every
+            component's mean in the situation, see ``motion``.
+        stop_outside: whether a motion ends there; the paper's goes on.
         shrinkage, initialisation, options, rng: see ``TPGMM``.
+        alignment: how demonstrations are brought onto one clock before the fit, see ``phases``;
+            None learns from them as they are. Costs are then of demonstrations on that clock.
 
     Attributes:
         dt: time between the samples of a generated path in [s], once fitted.
         model: the fitted ``TPGMM``.
         max_samples: the step limit in samples, once fitted.
         start_point, end_point: ``Endpoint`` models of where demonstrations start and end.
+        clock: what demonstrations are aligned with, once fitted with an alignment.
 
     Raises:
         InvalidInputError: a setting out of range.
     """
+
+    _rest_from: int = 0
+    _mean_step: float = 0.0
+    _longest_step: float = 0.0
+    _mean_length: float = 0.0
 
     def __init__(
         self,
@@ -99,19 +126,25 @@ class TrajectoryTPGMM:
         rest_speed: float = 0.02,
         rest_count: int = 5,
         step_limit: float = 2.0,
+        outside: float = 8.0,
+        stop_outside: bool = False,
         initialisation: Initialisation = "time-bins",
         options: EMOptions | None = None,
         rng: np.random.Generator | None = None,
+        alignment: Alignment | None = None,
     ) -> None:
+        of_kind(alignment, (Alignment, NoneType), "alignment", "an Alignment or None")
         for name, value, low, high in (
             ("samples", samples, 3, MOST_SAMPLES),
             ("rest_count", rest_count, 1, MOST_SAMPLES),
             ("step_limit", step_limit, 1, 1000),
             ("rest_speed", rest_speed, 0, LARGEST),
             ("end_radius", end_radius, 0, LARGEST),
+            ("outside", outside, 0, LARGEST),
         ):
             real_number(value, f"a trajectory policy needs {name} >= {low}: {name}", low, high)
         truth_value(shared, "shared")
+        truth_value(stop_outside, "stop_outside")
         self.fusion = check_fusion(fusion)
         self.samples = samples
         self.shared = shared
@@ -119,6 +152,10 @@ class TrajectoryTPGMM:
         self.rest_speed = rest_speed
         self.rest_count = rest_count
         self.step_limit = step_limit
+        self.outside = outside
+        self.stop_outside = stop_outside
+        self.alignment = alignment
+        self.clock: Clock | None = None
         self.model = TPGMM(
             n_components,
             encoding="trajectory",
@@ -131,10 +168,6 @@ class TrajectoryTPGMM:
         )
         self.dt: float | None = None
         self.max_samples = 0
-        self._rest_from = 0
-        self._mean_step = 0.0
-        self._longest_step = 0.0
-        self._mean_length = 0.0
         self.start_point: Endpoint | None = None
         self.end_point: Endpoint | None = None
 
@@ -145,6 +178,10 @@ class TrajectoryTPGMM:
             InvalidInputError: demonstrations that cannot be learned from.
         """
         checked = check_demonstrations(demonstrations)
+        self.clock = None if self.alignment is None else Clock.of(checked, self.alignment)
+        if self.clock is None:
+            tell(checked)
+        checked = on_clock(self.clock, checked)
         durations = [duration(demonstration) for demonstration in checked]
         self.dt = float(np.mean(durations)) / (self.samples - 1)
         self.max_samples = int(np.ceil(self.step_limit * max(durations) / self.dt)) + 1
@@ -175,7 +212,8 @@ class TrajectoryTPGMM:
         truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
-        other.model.fit(demonstrations, self.model.fitted() if warm else None)
+        seen = on_clock(self.clock, demonstrations)
+        other.model.fit(seen, self.model.fitted() if warm else None)
         return other
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
@@ -213,7 +251,61 @@ class TrajectoryTPGMM:
             end_point.predict(frames),
             self.end_radius * self._mean_length,
         )
-        return check_finite(integrate(origin, *arguments))
+        path = check_finite(integrate(origin, *arguments))
+        if self.stop_outside:
+            beyond = self._deviations(frames, path) > self.outside
+            path = path[: int(np.argmax(beyond)) + 1] if beyond.any() else path
+        return path
+
+    def motion(self, frames: Sequence[Frame], start: ArrayLike) -> Motion:
+        """The path of ``generate`` with why it ended, and how far from the data it went."""
+        path = self.generate(frames, start)
+        deviations = self._deviations(frames, path)
+        left = bool(deviations[-1] > self.outside)
+        lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+        quiet = lengths[-self.rest_count :] < self.rest_speed * self._mean_step
+        resting = len(lengths) >= max(self._rest_from, self.rest_count) and bool(quiet.all())
+        ended: Ending = "rest" if resting else "time"
+        if left:
+            ended = "left"
+        if not resting and len(path) < self.max_samples and not (left and self.stop_outside):
+            ended = "end"
+        assert self.dt is not None
+        return Motion(path, self.dt, ended, deviations)
+
+    def _deviations(self, frames: Sequence[Frame], path: FloatArray) -> FloatArray:
+        """How many standard deviations positions are from the nearest component's mean (T,)."""
+        return self.model.in_situation(frames).marginal(path.shape[1]).deviations(path)
+
+    def log_density(self, frames: Sequence[Frame], points: ArrayLike) -> FloatArray:
+        """log p(x | frames) of positions (T, p) in world coordinates: (T,).
+
+        How sure the model is of itself at a position: of the mixture of positions that the frames'
+        components give by their product, see ``TPGMM.in_situation``.
+        """
+        fused = self.model.in_situation(frames)
+        return fused.marginal(fused.means.shape[1] // 2).log_density(points)
+
+    def sample(
+        self,
+        frames: Sequence[Frame],
+        start: ArrayLike,
+        rng: np.random.Generator,
+        count: int = 1,
+    ) -> FloatArray:
+        """Paths (count, T, p) whose every step is drawn from p(dx | x, frames), not its mean.
+
+        They have as many samples as the motion of ``generate``, ``dt`` apart.
+
+        Args:
+            frames: the situation.
+            start: of all paths, (p,) in world coordinates.
+            rng: where the randomness comes from.
+            count: how many.
+        """
+        path = self.generate(frames, start)
+        regression = self.model.regression(frames, self.fusion, shared=self.shared)
+        return drawn_paths(regression, path[0], len(path), self._longest_step, count, rng)
 
     def reproduce(self, demonstration: DemonstrationLike) -> SyntheticDemonstration:
         """The motion for a demonstration's own situation, from its own first position."""
@@ -236,7 +328,7 @@ class TrajectoryTPGMM:
 
     def cost(self, demonstrations: Sequence[DemonstrationLike]) -> float:
         """Reproduction cost: ``dtw_cost``, in the unit of the positions."""
-        checked = check_demonstrations(demonstrations)
+        checked = on_clock(self.clock, demonstrations)
         return dtw_cost(
             [self.reproduce(demonstration).positions for demonstration in checked],
             [np.asarray(demonstration.positions) for demonstration in checked],
@@ -247,8 +339,10 @@ class TrajectoryTPGMM:
         model, arrays = self.model.state()
         assert self.start_point is not None
         assert self.end_point is not None
+        alignment, clock = clock_state(self.clock)
         settings = {
             "model": model,
+            "alignment": alignment,
             "settings": {name: getattr(self, name) for name in _SETTINGS},
             "learned": {name: getattr(self, name) for name in _LEARNED},
         }
@@ -258,12 +352,14 @@ class TrajectoryTPGMM:
             "end_means": self.end_point.means,
             "end_covariances": self.end_point.covariances,
         }
-        return settings, {**arrays, **points}
+        return settings, {**arrays, **points, **clock}
 
     @classmethod
     def from_state(cls, settings: dict[str, Any], arrays: dict[str, FloatArray]) -> Self:
         """The policy that ``state`` came from."""
-        policy = cls(**{name: settings["settings"][name] for name in _SETTINGS})
+        kept = settings["settings"]
+        names = [name for name in _SETTINGS if name in kept or name not in _LATER]
+        policy = cls(**{name: kept[name] for name in names})
         policy.model = TPGMM.from_state(settings["model"], arrays)
         for name in _LEARNED:
             setattr(policy, name, real_number(settings["learned"][name], name, 0.0, 1e9))
@@ -271,6 +367,8 @@ class TrajectoryTPGMM:
             settings["learned"]["max_samples"], "max_samples", 2, 10**9
         )
         policy._rest_from = whole_number(settings["learned"]["_rest_from"], "_rest_from", 0, 10**9)
+        policy.clock = clock_from_state(settings.get("alignment"), arrays)
+        policy.alignment = None if policy.clock is None else policy.clock.alignment
         policy.start_point = Endpoint(arrays["start_means"], arrays["start_covariances"])
         policy.end_point = Endpoint(arrays["end_means"], arrays["end_covariances"])
         mixture = policy.model.fitted()

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from dressing_sim.checks import real_array, real_number
 from dressing_sim.learning.frame import FloatArray
@@ -78,6 +77,8 @@ class Transport:
         Raises:
             InvalidInputError: Another shape, or a number out of its range.
         """
+        from scipy.linalg import cho_factor, cho_solve
+
         a = real_array(sources, ("K", "p"), "landmarks have", fewest=1)
         b = real_array(targets, a.shape, "the other landmarks have")
         real_number(length, "length", 0.0, above=True)
@@ -100,6 +101,8 @@ class Transport:
 
     def deviation(self, points: FloatArray) -> FloatArray:
         """Posterior standard deviation (N,) of each coordinate of where points (N, p) are."""
+        from scipy.linalg import solve_triangular
+
         moved = points @ self.rotation.T + self.translation
         cross = _kernel(self.anchors, moved, self.length)
         known = np.sum(solve_triangular(self.factor, cross, lower=True) ** 2, axis=0)

@@ -194,7 +194,7 @@ def test_two_samples_are_enough_for_a_component_and_one_is_not():
 
 
 def test_two_samples_a_component_are_enough_whatever_the_bins_round_to():
-    """And the last sample of a demonstration, which a half-open bin leaves out, counts if needed."""
+    """And a demonstration's last sample, which a half-open bin leaves out, counts if needed."""
     for k in range(1, 21):
         for length in range(2 * k, 2 * k + 40):
             data, lengths = curves(1, 1, (length,))
@@ -281,3 +281,75 @@ def test_a_mixture_whose_parts_do_not_match_is_an_error():
     ):
         with pytest.raises(InvalidInputError, match="a mixture"):
             Mixture(priors, means, covariances).check()
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("n_components", [1, 3, 6])
+def test_with_the_floor_as_a_prior_the_objective_never_falls(seed, n_components):
+    data, lengths = curves(seed=seed)
+    floor = covariance_floor(data, (1, 2), (0.1, 0.3), relative=True)
+    start = initialise_by_time(data, lengths, n_components, floor)
+    options = EMOptions(5, 300, 1e-9, "prior")
+    _, record = fit_mixture(data, start, floor, options)
+    assert np.diff(record.objectives).min(initial=0.0) >= -1e-10
+    assert not record.fell
+    assert record.converged is (record.n_steps < 300)
+
+
+def test_the_objective_is_the_likelihood_less_the_traces():
+    """log L - N / 2 K sum_kp tr(S_kp^-1 F_p), a sample; and it is at a maximum in the end."""
+    data, lengths = curves()
+    floor = covariance_floor(data, (1, 2), (0.2, 0.1), relative=True)
+    start = initialise_by_time(data, lengths, 4, floor)
+
+    def objective(mixture):
+        traces = np.trace(np.linalg.solve(mixture.covariances, floor[None]), axis1=2, axis2=3)
+        likelihood = responsibilities(data, mixture)[1] / data.shape[2]
+        return likelihood - traces.sum() / (2 * mixture.n_components)
+
+    options = EMOptions(5, 5000, 1e-13, "prior")
+    mixture, record = fit_mixture(data, start, floor, options)
+    assert record.objectives[0] == pytest.approx(objective(start), abs=1e-12)
+    best = objective(mixture)
+    assert record.objectives[-1] == pytest.approx(best, abs=1e-9)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        turn = np.eye(3) + 1e-3 * rng.standard_normal((4, 2, 3, 3))
+        covariances = turn @ mixture.covariances @ turn.swapaxes(-1, -2)
+        means = mixture.means + 1e-3 * rng.standard_normal(mixture.means.shape)
+        assert objective(Mixture(mixture.priors, means, covariances)) < best + 1e-9
+
+
+def test_one_component_has_the_same_floor_either_way():
+    """Its share of the samples is fair."""
+    data, lengths = curves()
+    floor = covariance_floor(data, (3,), (0.2,), relative=True)
+    start = initialise_by_time(data, lengths, 1, floor)
+    added, _ = fit_mixture(data, start, floor, EMOptions())
+    prior, _ = fit_mixture(data, start, floor, EMOptions(flooring="prior"))
+    np.testing.assert_allclose(prior.covariances, added.covariances, rtol=1e-12)
+
+
+def test_a_prior_does_not_depend_on_how_often_the_same_samples_are_seen():
+    data, lengths = curves()
+    floor = covariance_floor(data, (3,), (0.2,), relative=True)
+    start = initialise_by_time(data, lengths, 4, floor)
+    options = EMOptions(20, 20, 0.0, "prior")
+    once, _ = fit_mixture(data, start, floor, options)
+    often, _ = fit_mixture(np.tile(data, 3), start, floor, options)
+    np.testing.assert_allclose(often.covariances, once.covariances, rtol=1e-9)
+
+
+def test_a_fit_that_ends_because_a_floor_lowers_the_likelihood_does_not_say_that_it_converged():
+    fell = []
+    for seed in range(20):
+        data, lengths = curves(seed=seed)
+        floor = covariance_floor(data, (3,), (0.3,), relative=True)
+        start = initialise_by_time(data, lengths, 6, 1e-3 * floor)
+        _, record = fit_mixture(data, start, floor, EMOptions(1, 100, 1e-6))
+        gain = np.diff(record.objectives)[-1]
+        assert record.converged is bool(abs(gain) < 1e-6)
+        assert record.fell is bool(gain < -1e-8)
+        np.testing.assert_array_equal(record.objectives, record.log_likelihoods)
+        fell.append(record.fell)
+    assert any(fell)

@@ -7,10 +7,12 @@ from learning_tasks import (
     needs_reference,
     reaching_demonstrations,
     reaching_situation,
+    rebased,
+    rebased_frames,
 )
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning import Policy, TimeTPGMM, rotation
+from dressing_sim.learning import Frame, Policy, SyntheticDemonstration, TimeTPGMM, rotation
 from dressing_sim.planar.files import load
 
 
@@ -136,3 +138,49 @@ def test_a_refit_starts_from_the_mixture_or_afresh(warm):
     refitted = (policy.refit(others) if warm else policy.refit(others, False)).model.fitted()
     model = TimeTPGMM(4).model.fit(others, policy.model.fitted() if warm else None)
     np.testing.assert_array_equal(refitted.means, model.fitted().means)
+
+
+def in_unit(demonstration, factor):
+    """The same demonstration in another unit of length."""
+    frames = tuple(Frame(frame.A, factor * frame.b) for frame in demonstration.frames)
+    return SyntheticDemonstration(factor * demonstration.positions, demonstration.dt, frames)
+
+
+@pytest.mark.parametrize("fusion", ["regression-then-product", "product-then-regression"])
+def test_what_is_relative_does_not_depend_on_the_unit_of_length(fusion):
+    demonstrations = reaching_demonstrations(3)
+    asked = reaching_demonstrations(1, seed=8)[0]
+    settings = {"fusion": fusion, "floor": 0.01, "ridge": 0.01, "relative_floor": True}
+    times = np.linspace(0, 5, 20)
+    policy = TimeTPGMM(5, **settings).fit(demonstrations)
+    means, covariances = policy.at_times(asked.frames, times)
+    for factor in (1e3, 1e-3):
+        other = TimeTPGMM(5, **settings).fit([in_unit(d, factor) for d in demonstrations])
+        found = other.at_times(in_unit(asked, factor).frames, times)
+        np.testing.assert_allclose(found[0], factor * means, atol=1e-7 * factor)
+        np.testing.assert_allclose(found[1], factor**2 * covariances, atol=1e-7 * factor**2)
+
+
+@pytest.mark.parametrize("fusion", ["regression-then-product", "product-then-regression"])
+def test_a_relative_ridge_turns_with_the_world_and_its_frames(fusion):
+    demonstrations = reaching_demonstrations(3)
+    frames = reaching_situation(np.random.default_rng(8))
+    settings = {"fusion": fusion, "floor": 0.01, "ridge": 0.1, "relative_floor": True}
+    means, covariances = TimeTPGMM(5, **settings).fit(demonstrations).at_times(frames, [1.0, 4.0])
+    turn, shift = rotation([0.4, -1.1, 2.0]), np.array([3.0, -2.0, 0.5])
+    changes = (0.3 * rotation([1.0, 0.0, 0.5]), np.diag([-1.0, 1.0, 1.0]))
+    other = [rebased(moved(d, turn, shift), changes) for d in demonstrations]
+    asked = rebased_frames(moved_frames(frames, turn, shift), changes)
+    found = TimeTPGMM(5, **settings).fit(other).at_times(asked, [1.0, 4.0])
+    np.testing.assert_allclose(found[0], means @ turn.T + shift, atol=1e-7)
+    np.testing.assert_allclose(found[1], turn @ covariances @ turn.T, atol=1e-7)
+
+
+def test_the_least_variance_of_a_relative_ridge_is_its_share_of_the_data_s():
+    demonstrations = reaching_demonstrations(3)
+    one = [SyntheticDemonstration(d.positions, d.dt, d.frames[:1]) for d in demonstrations]
+    plain = TimeTPGMM(5, relative_floor=True, ridge=0.0).fit(one)
+    ridged = TimeTPGMM(5, relative_floor=True, ridge=0.2).fit(one)
+    local = np.concatenate([d.frames[0].to_local(d.positions) for d in one])
+    added = ridged.at_times(one[0].frames, [2.0])[1] - plain.at_times(one[0].frames, [2.0])[1]
+    np.testing.assert_allclose(added[0], 0.2 * local.var(axis=0).mean() * np.eye(3), atol=1e-9)

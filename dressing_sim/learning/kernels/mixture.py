@@ -129,6 +129,7 @@ def accumulate(
 def maximise(
     n_samples: int,
     floor: np.ndarray,
+    as_prior: bool,
     mass: np.ndarray,
     first: np.ndarray,
     second: np.ndarray,
@@ -136,21 +137,41 @@ def maximise(
     means: np.ndarray,
     covariances: np.ndarray,
 ) -> None:
-    """Priors, means and covariances from the moments; an empty component keeps its place."""
+    """Priors, means and covariances from the moments; an empty component keeps its place.
+
+    As a prior the floor is what a component's fair share of the samples, N / K, would add.
+    """
     n_components, n_frames, n_dims = means.shape
     for k in range(n_components):
         priors[k] = mass[k] / n_samples
         if mass[k] < 1e-10:
             continue
+        share = n_samples / (n_components * mass[k]) if as_prior else 1.0
         for p in range(n_frames):
             for i in range(n_dims):
                 for j in range(i + 1):
                     value = second[k, p, i, j] / mass[k]
                     value -= first[k, p, i] * first[k, p, j] / mass[k] ** 2
-                    covariances[k, p, i, j] = value + floor[p, i, j]
-                    covariances[k, p, j, i] = value + floor[p, i, j]
+                    covariances[k, p, i, j] = value + share * floor[p, i, j]
+                    covariances[k, p, j, i] = value + share * floor[p, i, j]
             for i in range(n_dims):
                 means[k, p, i] += first[k, p, i] / mass[k]
+
+
+@compiled
+def penalty(whitening: np.ndarray, floor: np.ndarray) -> float:
+    """sum_kp tr(S_kp^-1 F_p) / 2 K, from the inverse factors W with S^-1 = W^T W."""
+    n_components, n_frames, n_dims = whitening.shape[:3]
+    total = 0.0
+    for k in range(n_components):
+        for p in range(n_frames):
+            for i in range(n_dims):
+                for j in range(i + 1):
+                    row = 0.0
+                    for m in range(i + 1):
+                        row += floor[p, j, m] * whitening[k, p, i, m]
+                    total += whitening[k, p, i, j] * row
+    return 0.5 * total / n_components
 
 
 @compiled
@@ -163,11 +184,13 @@ def expectation_maximisation(
     min_steps: int,
     max_steps: int,
     tolerance: float,
+    as_prior: bool,
 ) -> tuple[np.ndarray, bool, bool]:
     """EM in place on ``priors`` (K,), ``means`` (K, P, D), ``covariances`` (K, P, D, D).
 
-    ``data`` is (P, D, N), samples last. Returns the mean log-likelihood before each step, whether
-    it converged, and whether every covariance stayed positive definite.
+    ``data`` is (P, D, N), samples last. Returns the mean log-likelihood and the objective before
+    each step (2, n_steps), whether the objective rose by less than the tolerance in the end, and
+    whether every covariance stayed positive definite.
     """
     n_samples = data.shape[2]
     n_components = priors.shape[0]
@@ -178,10 +201,10 @@ def expectation_maximisation(
     mass = np.empty(n_components)
     first = np.empty_like(means)
     second = np.empty_like(covariances)
-    record = np.empty(max_steps)
+    record = np.empty((2, max_steps))
     for step in range(max_steps):
         if not whiten(priors, covariances, whitening, constants):
-            return record[:step], False, False
+            return record[:, :step], False, False
         mass[:] = 0.0
         first[:] = 0.0
         second[:] = 0.0
@@ -192,10 +215,13 @@ def expectation_maximisation(
                 data, begin, size, means, whitening, constants, work, weights
             )
             accumulate(data, begin, size, means, weights, work[2], mass, first, second)
-        maximise(n_samples, floor, mass, first, second, priors, means, covariances)
-        record[step] = log_likelihood / n_samples
-        if step >= min_steps and record[step] - record[step - 1] < tolerance:
-            return record[: step + 1], True, True
+        maximise(n_samples, floor, as_prior, mass, first, second, priors, means, covariances)
+        record[0, step] = log_likelihood / n_samples
+        record[1, step] = record[0, step]
+        if as_prior:
+            record[1, step] -= penalty(whitening, floor)
+        if step >= min_steps and record[1, step] - record[1, step - 1] < tolerance:
+            return record[:, : step + 1], True, True
     return record, False, True
 
 
