@@ -1,6 +1,6 @@
 """How fast the learning library is, next to its peers in the same run, on one thread.
 
-    pytest benchmarks/test_learning_speed.py -s --benchmark-columns=median,iqr,rounds
+    pytest benchmarks/test_learning_speed.py -s -n 0 --benchmark-columns=median,iqr,rounds
 
 Ours and the peer's calls alternate, so that a busy machine slows both; only the ratios mean
 anything elsewhere. Compilation is not counted: it is cached on disk after the first call.
