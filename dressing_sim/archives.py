@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import tomllib
 import zipfile
 import zlib
 from collections.abc import Collection
@@ -22,6 +23,9 @@ MOST_BYTES: Final = 256 * 2**20
 
 #: Largest JSON file [bytes].
 MOST_JSON_BYTES: Final = 64 * 2**20
+
+#: Largest TOML file [bytes]; people type these.
+MOST_TOML_BYTES: Final = 2**20
 
 #: More arrays are in no archive.
 _MOST_ARRAYS = 1000
@@ -146,6 +150,23 @@ def read_json(path: str | Path, most: int = MOST_JSON_BYTES) -> Any:
         raise InvalidInputError(f"{path}: not JSON that is meant (nested too deeply)") from error
     except ValueError as error:
         raise InvalidInputError(f"{path}: not JSON ({one_line(str(error))})") from error
+
+
+def read_toml(path: str | Path, most: int = MOST_TOML_BYTES) -> dict[str, Any]:
+    """The values in a TOML file by name.
+
+    Raises:
+        InvalidInputError: It cannot be read, is too large, or is not TOML.
+    """
+    check_size(path, most)
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except RecursionError as error:
+        raise InvalidInputError(f"{path}: not TOML that is meant (nested too deeply)") from error
+    except ValueError as error:
+        raise InvalidInputError(f"{path}: not TOML ({one_line(str(error))})") from error
 
 
 def to_json(values: Any, name: str, **options: Any) -> str:

@@ -8,14 +8,14 @@ dressed, is the one next to the robot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import asdict, astuple, dataclass, field
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.checks import shown
+from dressing_sim.checks import real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import Frame, Situation
 
@@ -61,6 +61,37 @@ class ArmSize:
         """
         pairs = zip(astuple(self), astuple(variation), strict=True)
         return ArmSize(*(value * (1.0 + deviations * relative) for value, relative in pairs))
+
+
+#: Least and greatest measure of an arm that is not one of `ARM_SIZES` [m], from small children to
+#: very tall adults with room to spare (own choice): beyond are other units, or slips of the finger.
+SIZE_LIMITS: Mapping[str, tuple[float, float]] = {
+    "upper_arm_length": (0.10, 0.45),
+    "upper_arm_radius": (0.015, 0.09),
+    "forearm_length": (0.08, 0.42),
+    "forearm_radius": (0.012, 0.08),
+    "hand_radius": (0.012, 0.08),
+}
+
+
+def own_size(size: ArmSize | Mapping[str, object], name: str) -> ArmSize:
+    """The size of somebody's arm, or its measures by name, once each is within `SIZE_LIMITS`.
+
+    Args:
+        size: Lengths and radii [m].
+        name: What errors call it.
+
+    Raises:
+        InvalidInputError: A measure is missing, unknown, no number, or not an arm's.
+    """
+    given = asdict(size) if isinstance(size, ArmSize) else dict(size)
+    odd = sorted({*given} ^ {*SIZE_LIMITS}, key=str)
+    if odd:
+        raise InvalidInputError(
+            f"{name} has {shown(sorted(map(str, given)))}, valid are {', '.join(SIZE_LIMITS)}, in m"
+        )
+    limits = SIZE_LIMITS.items()
+    return ArmSize(*(real_number(given[key], f"{name}: {key} [m]", *each) for key, each in limits))
 
 
 #: Frames that an arm has at its joints, and the joint that each one's x axis points at.
@@ -114,14 +145,14 @@ class Posture:
         abduction_deg: Shoulder abduction [deg].
         rotation_deg: Internal (+) or external (-) rotation of the upper arm [deg].
         elbow_deg: Elbow flexion [deg]; zero is the straight arm.
-        size: Name of an arm in `ARM_SIZES`.
+        size: Name of an arm in `ARM_SIZES`, or lengths and radii of somebody's own.
         shoulder_position: Shoulder joint (3,) in the robot's base frame [m]; any sequence of
             numbers, kept as a tuple.
 
     Raises:
         InvalidInputError: A name that is no text, an angle that is no number or outside
-            ``ANGLE_LIMITS_DEG``, an unknown size, or a shoulder that is not three numbers or
-            further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``.
+            ``ANGLE_LIMITS_DEG``, an unknown size or one that no arm has, or a shoulder that is not
+            three numbers or further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``.
     """
 
     name: str
@@ -129,7 +160,7 @@ class Posture:
     abduction_deg: float
     rotation_deg: float
     elbow_deg: float
-    size: str = "male"
+    size: str | ArmSize = "male"
     shoulder_position: tuple[float, float, float] = field(default=DEFAULT_SHOULDER)
 
     def __post_init__(self) -> None:
@@ -144,10 +175,12 @@ class Posture:
                     f"valid is {low:g} to {high:g}, a number of degrees"
                 )
             object.__setattr__(self, angle, float(value))
-        if not isinstance(self.size, str) or self.size not in ARM_SIZES:
+        if isinstance(self.size, ArmSize):
+            object.__setattr__(self, "size", own_size(self.size, f"posture {self.name!r}: size"))
+        elif not isinstance(self.size, str) or self.size not in ARM_SIZES:
             raise InvalidInputError(
                 f"posture {self.name!r}: unknown size {shown(self.size)}, "
-                f"valid is one of {', '.join(ARM_SIZES)}"
+                f"valid is one of {', '.join(ARM_SIZES)}, or an ArmSize"
             )
         place = _numbers(self.shoulder_position)
         if len(place) != 3 or not all(
@@ -163,7 +196,15 @@ class Posture:
     @property
     def arm_size(self) -> ArmSize:
         """Lengths and radii of the arm."""
-        return ARM_SIZES[self.size]
+        return self.size if isinstance(self.size, ArmSize) else ARM_SIZES[self.size]
+
+    @property
+    def size_name(self) -> str:
+        """The size in a word or a few."""
+        if isinstance(self.size, str):
+            return self.size
+        size = self.size
+        return f"{1e3 * size.upper_arm_length:.0f} + {1e3 * size.forearm_length:.0f} mm"
 
     @property
     def upper_arm_rotation(self) -> NDArray[np.float64]:
@@ -221,7 +262,7 @@ class Posture:
         return {
             "name": self.name,
             **{angle: getattr(self, angle) for angle in ANGLE_LIMITS_DEG},
-            "size": self.size,
+            "size": asdict(self.size) if isinstance(self.size, ArmSize) else self.size,
             "shoulder_position": list(self.shoulder_position),
         }
 
@@ -249,6 +290,9 @@ class Posture:
             raise InvalidInputError(
                 f"posture {shown(name)}: {what}, valid keys are {', '.join(sorted(allowed))}"
             )
+        size = values.get("size")
+        if isinstance(size, Mapping):
+            values = {**values, "size": own_size(size, f"posture {shown(name)}: size")}
         return cls(**values)
 
 

@@ -19,6 +19,8 @@ def demonstrate(
     suite: tyro.conf.Positional[str],
     out: Path = Path("demonstrations.h5"),
     seed: int = 0,
+    garment: str | None = None,
+    person: str | None = None,
     force: bool = False,
     json: bool = False,
 ) -> None:
@@ -34,6 +36,10 @@ def demonstrate(
         suite: postures to demonstrate on: a name, a JSON file, or random:N[:SEED].
         out: file to write.
         seed: of the operator's variability.
+        garment: what is put on: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
+            tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
+        person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
+            with a height or a tape measure's sizes.
         force: replace a file that is there already.
         json: print what was recorded as JSON.
     """
@@ -42,14 +48,20 @@ def demonstrate(
     from dressing_sim.episode.outcome import Outcome
     from dressing_sim.episode.record import DemonstrationFailed
     from dressing_sim.episode.record import demonstrate as record_one
+    from dressing_sim.suites.people import as_person, load_person
     from dressing_sim.suites.suites import load_suite
+    from dressing_sim.suites.wardrobe import world_with
 
     check_seed(seed)
-    check_output(out, force, [suite])
+    inputs = [suite, garment, person]
+    check_output(out, force, inputs)
+    config, postures = world_with(garment), load_suite(suite)
+    if person is not None:
+        postures = as_person(postures, load_person(person))
     recorded, lines, failed = [], [], []
-    for posture in load_suite(suite):
+    for posture in postures:
         try:
-            demonstration = record_one(posture, posture_seed(seed, posture))
+            demonstration = record_one(posture, posture_seed(seed, posture), None, config)
             outcome = demonstration.outcome or Outcome(False)
         except DemonstrationFailed as error:
             outcome = error.outcome
@@ -63,7 +75,7 @@ def demonstrate(
             {"posture": posture.to_dict(), "seed": demonstration.seed, **outcome.to_dict()}
         )
     if recorded:
-        check_output(out, force, [suite])  # it took long
+        check_output(out, force, inputs)  # it took long
         save_demonstrations(out, recorded)
     file = str(out) if recorded else None
     if json:

@@ -15,6 +15,7 @@ from dressing_sim.files import check_output, is_file
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from dressing_sim.episode.config import EpisodeConfig
     from dressing_sim.episode.demonstration import Demonstration
     from dressing_sim.learning import Policy
 
@@ -24,6 +25,8 @@ def dress(
     policy: str = "expert",
     demonstrations: str = "case_a",
     seed: int = 0,
+    garment: str | None = None,
+    person: str | None = None,
     video: Path | None = None,
     camera: str = "front",
     fps: int = 25,
@@ -38,6 +41,8 @@ def dress(
 
     Or: dressing-sim dress --posture 70,30,40,50,female --policy case_a.npz
 
+    Or: dressing-sim dress --posture bent40 --garment hospital-gown --person ada.toml
+
     Or: dressing-sim dress --posture bent40 --policy tp-gmm-rf --demonstrations case_b
 
     Args:
@@ -48,6 +53,10 @@ def dress(
         demonstrations: what a policy given by its name learns from: a suite that is demonstrated
             first, or a file that ``dressing-sim demonstrate`` wrote.
         seed: of the operator's variability, and of the policy's own randomness.
+        garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
+            tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
+        person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
+            with a height or a tape measure's sizes.
         video: film to write: .mp4 or .gif.
         camera: front, close or above.
         fps: pictures a second.
@@ -56,17 +65,20 @@ def dress(
         force: replace a film that is there already.
         json: print the outcome as JSON.
     """
-    from dressing_sim.episode.config import EpisodeConfig
     from dressing_sim.episode.record import record
+    from dressing_sim.suites.people import as_person, load_person
     from dressing_sim.suites.suites import find_posture
+    from dressing_sim.suites.wardrobe import world_with
 
     arm = find_posture(posture)
     check_seed(seed)
-    config = EpisodeConfig()
-    inputs = [posture, policy, demonstrations]
+    if person is not None:
+        (arm,) = as_person([arm], load_person(person))
+    config = world_with(garment)
+    inputs = [name for name in (posture, policy, demonstrations, garment, person) if name]
     film = new_film(video, camera, fps, width, height, force, inputs)
     try:
-        source = _source(policy, demonstrations, seed)
+        source = _source(policy, demonstrations, seed, config)
         outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
     except PolicyError as error:
         raise PolicyError(f"policy {policy!r} gave no answer: {error}") from error
@@ -84,7 +96,7 @@ def dress(
         print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
 
 
-def _source(policy: str, demonstrations: str, seed: int) -> Policy:
+def _source(policy: str, demonstrations: str, seed: int, config: EpisodeConfig) -> Policy:
     """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
@@ -104,15 +116,14 @@ def _source(policy: str, demonstrations: str, seed: int) -> Policy:
             f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
             "'dressing-sim learn'"
         ) from error
-    return fresh.fit(_recorded(demonstrations, seed)) if learns(name) else fresh
+    return fresh.fit(_recorded(demonstrations, seed, config)) if learns(name) else fresh
 
 
-def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:
+def _recorded(demonstrations: str, seed: int, config: EpisodeConfig) -> Sequence[Demonstration]:
     """Demonstrations of a file, or on the postures of a suite."""
     import h5py
 
     from dressing_sim.benchmark.run.runner import record_demonstration
-    from dressing_sim.episode.config import EpisodeConfig
     from dressing_sim.episode.demonstration import load_demonstrations
     from dressing_sim.suites.suites import demonstration_postures
 
@@ -121,5 +132,5 @@ def _recorded(demonstrations: str, seed: int) -> Sequence[Demonstration]:
     recorded = []
     for posture in demonstration_postures(demonstrations):
         print(f"demonstrating on {posture.name}", file=sys.stderr)
-        recorded.append(record_demonstration(seed, posture, 0, EpisodeConfig()))
+        recorded.append(record_demonstration(seed, posture, 0, config))
     return recorded

@@ -15,6 +15,8 @@ def evaluate(
     policies: str | None = None,
     variation: str | None = None,
     demonstrations: Path | None = None,
+    garment: str | None = None,
+    person: str | None = None,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -44,6 +46,8 @@ def evaluate(
 
     Or: dressing-sim evaluate --demonstrations mine.h5 --policies default --out results/own
 
+    Or: dressing-sim evaluate --garment gown.toml --person ada.toml --out results/ada
+
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
@@ -57,6 +61,10 @@ def evaluate(
             garment, arm, grasp.
         demonstrations: file of demonstrations that every policy learns from, instead of the
             protocol's; as dressing-sim demonstrate writes it.
+        garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
+            tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
+        person: whose arm is under test: male, female_small, child-ten, tall-man, or a TOML file
+            with a height or a tape measure's sizes.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
@@ -82,7 +90,9 @@ def evaluate(
         raise InvalidInputError("--workers and --scheduler exclude each other")
     varied = None if variation is None else names(variation)
     limits = PolicyLimits(fit_time, generate_time, memory)
-    plan = evaluation_plan(protocol, suite, policies, varied, seed, demonstrations, limits)
+    plan = evaluation_plan(
+        protocol, suite, policies, varied, seed, demonstrations, limits, garment, person
+    )
     remarks = ""
     if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
         told = f"policies: {left_open()}"
@@ -95,7 +105,7 @@ def evaluate(
         scheduler=scheduler,
         resume=resume,
         force=force,
-        inputs=[] if suite is None else [suite],
+        inputs=[name for name in (suite, garment, person) if name is not None],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

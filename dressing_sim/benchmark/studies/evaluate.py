@@ -23,6 +23,8 @@ from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.checks import listed, of_kind, truth_value, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.host import PolicyLimits
+from dressing_sim.suites.people import as_person, load_person
+from dressing_sim.suites.wardrobe import world_with
 from dressing_sim.system import check_may_start_processes, processors
 
 if TYPE_CHECKING:
@@ -101,6 +103,8 @@ def evaluate(
     seed: int = 0,
     workers: int | None = None,
     demonstrations: str | Path | None = None,
+    garment: str | None = None,
+    person: str | None = None,
     policy_limits: PolicyLimits | None = None,
     out: str | Path | None = None,
     resume: bool = False,
@@ -122,6 +126,10 @@ def evaluate(
         workers: Processes, as many as processors if None; the results do not depend on it.
         demonstrations: File of demonstrations that every policy learns from, instead of the
             protocol's.
+        garment: What is put on, in demonstrations too: a name or a TOML file, see
+            `dressing_sim.suites.wardrobe.load_garment`.
+        person: Whose arm the test postures have: a name or a TOML file, see
+            `dressing_sim.suites.people.load_person`.
         policy_limits: Time and memory that other people's policies may use.
         out: Folder for the results; a temporary one if None.
         resume: Continue the run in the folder, if there is one.
@@ -140,7 +148,7 @@ def evaluate(
     of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "a file or None")
     of_kind(policy_limits, (PolicyLimits, NoneType), "policy_limits", "PolicyLimits or None")
     plan = evaluation_plan(
-        protocol, suite, policies, variation, seed, demonstrations, policy_limits
+        protocol, suite, policies, variation, seed, demonstrations, policy_limits, garment, person
     )
     study = evaluation_study(plan, pictures)
     if not isinstance(study, EpisodeStudy):
@@ -167,17 +175,23 @@ def evaluation_plan(
     seed: int,
     demonstrations: str | Path | None = None,
     policy_limits: PolicyLimits | None = None,
+    garment: str | None = None,
+    person: str | None = None,
 ) -> Plan:
-    """The plan of a protocol, with other postures, policies or variation if wanted.
+    """The plan of a protocol, with other postures, policies, arms or clothes if wanted.
 
     Raises:
-        InvalidInputError: There is no such protocol, suite, policy or factor.
+        InvalidInputError: There is no such protocol, suite, policy, factor, garment or person, or
+            what is given is drawn anew for each episode as well.
     """
     of_kind(protocol, str, "protocol", "a name")
     chosen = find_protocol(protocol)
-    if chosen.study == "cost" and (suite, policies, variation) != (None, None, None):
+    if chosen.study == "cost" and any(
+        given is not None for given in (suite, policies, variation, garment, person)
+    ):
         raise InvalidInputError(
-            f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation do not apply"
+            f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation, --garment, "
+            "--person do not apply"
         )
     if policies is not None:
         names = policies.split(",") if isinstance(policies, str) else policies
@@ -193,7 +207,21 @@ def evaluation_plan(
         chosen = replace(chosen, suite=suite)
     whole_number(seed, "seed", 0, 2**63 - 1)
     file = None if demonstrations is None else Path(demonstrations)
-    return make_plan(chosen, seed, policy_limits=policy_limits, demonstrations=file)
+    for name, given, factor in (("garment", garment, "garment"), ("person", person, "arm")):
+        of_kind(given, (str, NoneType), name, "a name, a TOML file or None")
+        if given is not None and any(factor in entry.variation for entry in chosen.entries):
+            raise InvalidInputError(
+                f"{name} is {given!r}, but the {factor} is drawn anew for each episode as well; "
+                "valid is one of them"
+            )
+    config = None if garment is None else world_with(garment)
+    plan = make_plan(chosen, seed, config, policy_limits=policy_limits, demonstrations=file)
+    return plan if person is None else dressing_person(plan, person)
+
+
+def dressing_person(plan: Plan, person: str) -> Plan:
+    """The same plan with the arm of a person under test, see `load_person`."""
+    return replace(plan, tested=tuple(as_person(plan.tested, load_person(person))))
 
 
 def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:

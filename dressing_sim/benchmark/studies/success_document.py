@@ -258,7 +258,7 @@ def _card(hard: HardPosture, pictures: Pictures) -> Section:
         Paragraph(
             f"Elbow bent by {posture.elbow_deg:.0f} deg; shoulder {posture.flexion_deg:.0f} deg "
             f"flexed, {posture.abduction_deg:.0f} deg abducted, {posture.rotation_deg:.0f} deg "
-            f"rotated; {posture.size} arm."
+            f"rotated; {posture.size_name} arm."
         ),
         Paragraph(f"{row}{f', pictured {moment}' if png is not None else ''}:"),
         Items(failures),
