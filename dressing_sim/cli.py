@@ -24,6 +24,8 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.doctor import doctor
     from dressing_sim.commands.dress import dress
     from dressing_sim.commands.evaluate import evaluate
+    from dressing_sim.commands.export import export
+    from dressing_sim.commands.import_ import import_
     from dressing_sim.commands.learn import learn
     from dressing_sim.commands.planar import planar
     from dressing_sim.commands.replay import replay
@@ -34,6 +36,8 @@ def _commands() -> dict[str, Any]:
         "evaluate": evaluate,
         "replay": replay,
         "demonstrate": demonstrate,
+        "export": export,
+        "import": import_,
         "learn": learn,
         "dress": dress,
         "validate": validate,

@@ -81,6 +81,30 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
                 raise unwritable(path, error) from error
 
 
+@contextmanager
+def new_folder(path: str | Path) -> Iterator[Path]:
+    """An absolute name for a folder that becomes `path` if the block ends without an error.
+
+    The folder itself is for the block to make. Missing folders above it are made.
+
+    Raises:
+        InvalidInputError: There is something at `path` already, or it cannot be written to.
+    """
+    target = Path(path)
+    if os.path.lexists(target):
+        raise InvalidInputError(f"{target}: is there already; choose another name")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        # Absolute: not everybody who writes into it can do with less.
+        parent = target.parent.absolute()
+        with tempfile.TemporaryDirectory(dir=parent, prefix=f".{target.name}.") as made:
+            inside = Path(made) / target.name
+            yield inside
+            inside.rename(target)
+    except OSError as error:
+        raise unwritable(target, error) from error
+
+
 def fill(path: Path, content: str | bytes) -> None:
     """Write a file on the disk, whatever becomes of it if there is an OSError."""
     with path.open("wb") as file:

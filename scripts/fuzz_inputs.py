@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
+from fuzz_mutations import NUMBERS, TEXTS, Rng, mutated_file
 
+from dressing_sim.datasets.robomimic_files import write_robomimic
 from dressing_sim.episode.demonstration import Demonstration, save_demonstrations
 from dressing_sim.episode.operator import Operator
 from dressing_sim.learning.storage import save_model
@@ -22,29 +22,22 @@ from dressing_sim.policies.hosted import hosted_policy
 from dressing_sim.policies.registry import make_policy
 from dressing_sim.suites.suites import load_suite
 
-Rng = np.random.Generator
-
-#: Values that somebody may type, or find in a file.
-TEXTS = (
-    *("", " ", "0", "-1", "1", "1.5", "nan", "inf", "1e308", "-1e9", "99999999999999999999"),
-    *("true", "None", "abc", "a" * 5000, "\x1b[31m", "\0", "..", "/", "~", "%s", "{}", "'", '"'),
-    *("random:5", "random:0", "random:-1", "case_a", "bent40", "tp-gmm", "tp-gmm?samples=1e8"),
-    *("expert", "builtins:exit", "os:system", "--seed", "-", "--", "ä", "\udcff", "0,0,0,0"),
-)
-
-NUMBERS: tuple[Any, ...] = (
-    *(0, -1, 1, 2, 10**30, 1e200, -1e200, 1e-300, float("nan"), float("inf"), 0.5, 10**6),
-    *(None, True, False, "", "x", [], {}, [[]], [1, "a"], {"a": 1}),
-)
-
 #: Options by command whose errors show before anything long is done.
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "learn": ("--policy", "--out", "--json"),
-    "evaluate": ("--protocol", "--suite", "--policies", "--variation", "--seed", "--out"),
+    "import": ("--out", "--dt", "--turn-deg", "--max-gap", "--person", "--topics.wrist"),
+    "export": ("--to", "--out", "--json"),
+    "evaluate": (
+        *("--protocol", "--suite", "--policies", "--variation", "--seed", "--out"),
+        *("--garment", "--person"),
+    ),
     "validate": ("--suite", "--postures", "--only", "--seed", "--out"),
     "thresholds": ("--suite", "--policies", "--seed", "--out"),
-    "dress": ("--posture", "--policy", "--demonstrations", "--seed", "--video", "--fps"),
-    "demonstrate": ("--out", "--seed"),
+    "dress": (
+        *("--posture", "--policy", "--demonstrations", "--seed", "--video", "--fps"),
+        *("--garment", "--person"),
+    ),
+    "demonstrate": ("--out", "--seed", "--garment", "--person"),
     "replay": ("--video", "--camera", "--fps", "--width"),
     "planar": ("--demos", "--validation", "--components", "--runs", "--snr-db", "--out"),
 }
@@ -62,7 +55,7 @@ class Material:
 
     @classmethod
     def make(cls, folder: Path) -> Material:
-        """Demonstrations, a policy, planar demonstrations, a suite."""
+        """Demonstrations, a policy, planar demonstrations, a suite, recordings, measurements."""
         recorded = _demonstrations()
         save_demonstrations(folder / "d.h5", recorded)
         save_model(make_policy("tp-gmm").fit(recorded), folder / "p.npz")  # type: ignore[arg-type]
@@ -76,6 +69,10 @@ class Material:
         np.savez(folder / "planar.npz", **arrays)  # type: ignore[arg-type]
         suite = {"postures": [posture.to_dict() for posture in load_suite("case_a")]}
         (folder / "suite.json").write_text(json.dumps(suite), encoding="utf-8")
+        _recordings(folder, recorded[0])
+        write_robomimic(folder / "r.hdf5", recorded, lambda *_: None)
+        for name, text in MEASURED.items():
+            (folder / name).write_text(text, encoding="utf-8")
         return cls({path.name: path.read_bytes() for path in folder.iterdir()})
 
 
@@ -88,12 +85,35 @@ def _demonstrations() -> list[Demonstration]:
     return made
 
 
+#: A person and a garment by file.
+MEASURED: Mapping[str, str] = {
+    "person.toml": "name = 'Ada'\nsex = 'female'\nheight_m = 1.52\n"
+    "forearm_circumference_m = 0.24\n[joints]\nupper_arm_length_m = 0.25\n",
+    "garment.toml": "sleeve_length_m = 0.22\narmhole_m = 0.54\nopening_m = 0.44\n"
+    "[fabric]\nlike = 'jersey'\nfriction_coefficient = 0.5\n",
+}
+
+
+def _recordings(folder: Path, demonstration: Demonstration) -> None:
+    """The demonstration as a lab would write it, in both kinds of table."""
+    posture, rows = demonstration.posture, demonstration.positions[::5]
+    arrays = {"time_s": 0.1 * np.arange(len(rows)), "gripper_m": rows}
+    arrays |= {f"{one}_m": getattr(posture, one) for one in ("shoulder", "elbow", "wrist")}
+    np.savez(folder / "lab.npz", **arrays)  # type: ignore[arg-type]
+    names, parts = ["time_s"], [arrays["time_s"][:, None]]
+    for name in ("gripper", "shoulder", "elbow", "wrist"):
+        names += [f"{name}_{axis}_m" for axis in "xyz"]
+        parts.append(np.broadcast_to(arrays[f"{name}_m"], (len(rows), 3)))
+    lines = [",".join(f"{one:.6g}" for one in row) for row in np.hstack(parts)]
+    (folder / "lab.csv").write_text("\n".join([",".join(names), *lines]), encoding="utf-8")
+
+
 def mutated_line(rng: Rng, material: Material, folder: Path) -> list[str]:
     """A command line in a folder with mutated files; nothing that it asks for takes long."""
     for name, content in material.files.items():
         (folder / name).write_bytes(mutated_file(rng, name, content))
     (folder / "mine.txt").write_text("somebody's own")
-    kind = int(rng.integers(6))
+    kind = int(rng.integers(10))
     if kind == 0:
         return ["learn", "d.h5", "--out", "out.npz"]
     if kind == 1:
@@ -104,6 +124,15 @@ def mutated_line(rng: Rng, material: Material, folder: Path) -> list[str]:
         return [*line, "--out", "out"] if rng.uniform() < 0.03 else line
     if kind == 3:
         return ["evaluate", "--suite", "suite.json", "--workers", "0", "--out", "out"]
+    if kind in (4, 5):
+        source = str(rng.choice(["lab.csv", "lab.npz", "r.hdf5"]))
+        trim = ["--trim-pauses"] * int(rng.integers(2))
+        return ["import", source, *trim, "--out", "out.h5"]
+    if kind == 6:
+        return ["export", "d.h5", "--to", "robomimic", "--out", "out.hdf5"]
+    if kind == 7:
+        worn = ["--garment", "garment.toml", "--person", "person.toml"]
+        return ["dress", "--posture", "bent40", *worn, "--policy", "nobody"]
     return _random_line(rng)
 
 
@@ -120,101 +149,6 @@ def _random_line(rng: Rng) -> list[str]:
     if command == "planar":
         return [*line, *_SHORT]
     return [*line, last[command], "nobody"] if command in last else line
-
-
-def mutated_file(rng: Rng, name: str, content: bytes) -> bytes:
-    """A file's bytes, some of them changed, or its content changed where it has a structure."""
-    if rng.uniform() < 0.4:
-        return _mutated_bytes(rng, content)
-    if name.endswith(".npz"):
-        return _mutated_npz(rng, content)
-    if name.endswith(".json"):
-        return json.dumps(_mutated_json(rng, json.loads(content))).encode()
-    return _mutated_h5(rng, content)
-
-
-def _mutated_bytes(rng: Rng, content: bytes) -> bytes:
-    place = int(rng.integers(len(content)))
-    length = int(rng.integers(1, 200))
-    ways: tuple[Callable[[], bytes], ...] = (
-        lambda: content[:place],
-        lambda: content[:place] + rng.bytes(length) + content[place + length :],
-        lambda: content[:place] + rng.bytes(length) + content[place:],
-        lambda: content[:place] + content[place + length :],
-        lambda: b"",
-        lambda: content * 2,
-    )
-    return ways[int(rng.integers(len(ways)))]()
-
-
-def _mutated_array(rng: Rng, array: np.ndarray) -> np.ndarray:
-    spoilt = array.astype(float, copy=True) if array.dtype.kind in "fiu" else array
-    if spoilt.dtype.kind == "f" and spoilt.size:
-        spoilt.flat[int(rng.integers(spoilt.size))] = rng.choice([np.nan, np.inf, 1e200, -1e9])
-    ways: tuple[Callable[[], np.ndarray], ...] = (
-        lambda: array.T,
-        lambda: array[..., None],
-        lambda: array.ravel(),
-        lambda: array[:0] if array.ndim else array,
-        lambda: array[:1] if array.ndim else array,
-        lambda: array * 1000.0 if array.dtype.kind == "f" else array,
-        lambda: array.astype(complex) + 1j if array.dtype.kind == "f" else array,
-        lambda: array.astype(str),
-        lambda: np.zeros(0),
-        lambda: np.array(0.0),
-        lambda: array[::-1] if array.ndim else array,
-        lambda: spoilt,
-    )
-    return ways[int(rng.integers(len(ways)))]()
-
-
-def _mutated_npz(rng: Rng, content: bytes) -> bytes:
-    with np.load(io.BytesIO(content)) as archive:
-        arrays = dict(archive)
-    name = str(rng.choice(list(arrays)))
-    if rng.uniform() < 0.2:
-        del arrays[name]
-    else:
-        arrays[name] = _mutated_array(rng, arrays[name])
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    return stream.getvalue()
-
-
-def _mutated_json(rng: Rng, value: Any) -> Any:
-    """The value with one thing in it replaced, removed or added."""
-    if rng.uniform() < 0.15 or not isinstance(value, dict | list) or not value:
-        return NUMBERS[int(rng.integers(len(NUMBERS)))]
-    if isinstance(value, list):
-        place = int(rng.integers(len(value)))
-        return [*value[:place], _mutated_json(rng, value[place]), *value[place + 1 :]]
-    key = str(rng.choice(list(value)))
-    if rng.uniform() < 0.1:
-        return {name: one for name, one in value.items() if name != key}
-    if rng.uniform() < 0.1:
-        return {**value, str(rng.choice(["x", "", "name", "version"])): 1}
-    return {**value, key: _mutated_json(rng, value[key])}
-
-
-def _mutated_h5(rng: Rng, content: bytes) -> bytes:
-    stream = io.BytesIO(content)
-    with h5py.File(stream, "r+") as file:
-        group = file[str(rng.choice(list(file)))]
-        if rng.uniform() < 0.5:
-            name = str(rng.choice(list(group)))
-            array = np.array(group[name])
-            del group[name]
-            changed = _mutated_array(rng, array)
-            if rng.uniform() < 0.8 and changed.dtype.kind != "U":
-                group[name] = changed
-        else:
-            holder = group if rng.uniform() < 0.8 else file
-            name = str(rng.choice(list(holder.attrs)))
-            del holder.attrs[name]
-            if rng.uniform() < 0.8:
-                text = json.dumps(NUMBERS[int(rng.integers(len(NUMBERS)))])
-                holder.attrs[name] = [np.bytes_(text.encode()), 5, [1.0, 2.0]][rng.integers(3)]
-    return stream.getvalue()
 
 
 def mutated_policy(rng: Rng) -> str:

@@ -140,14 +140,14 @@ def replay(demonstration: Demonstration, observer: Observer | None = None) -> Re
     Raises:
         InvalidInputError: It does not say which world it was recorded in.
     """
-    if "episode" not in demonstration.settings:
+    commands = demonstration.commands
+    if "episode" not in demonstration.settings or commands is None:
         raise InvalidInputError(
             f"the demonstration on {demonstration.posture.name!r} has no settings of its episode; "
             "valid is one that was recorded in the simulator"
         )
     config = from_plain(EpisodeConfig, demonstration.settings["episode"])
     dressing = Dressing(demonstration.posture, config)
-    commands = demonstration.commands
     targets = np.array([dressing.kinematics.tcp_pose(q)[0] for q in commands])
     trajectory = JointTrajectory(commands, demonstration.dt, targets, np.zeros(len(commands)))
     return play(dressing, trajectory, observer)

@@ -201,7 +201,7 @@ def test_a_group_that_is_no_demonstration_is_an_error(copy):
 def test_another_format_version_is_an_error_that_says_which_is_valid(copy):
     with h5py.File(copy, "a") as file:
         file.attrs["format_version"] = FORMAT_VERSION + 1
-    assert_invalid(copy, f"version {FORMAT_VERSION + 1}, valid is {FORMAT_VERSION}")
+    assert_invalid(copy, f"version {FORMAT_VERSION + 1}, valid is 1 to {FORMAT_VERSION}")
 
 
 def test_a_failed_write_keeps_the_old_file_and_leaves_nothing_else(copy, monkeypatch):

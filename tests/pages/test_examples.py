@@ -13,10 +13,14 @@ SAYS = {
     "02_react_to_force.py": "grip_force",
     "03_gymnasium.py": "the rewards add up to",
     "04_learn_by_trial.py": "6 episodes; the return went from",
+    "05_a_recording.py": "played again: True",
 }
 
 #: So that they take seconds.
-BRIEFLY = {"04_learn_by_trial.py": ["--generations", "1", "--population", "4", "--out", "a.png"]}
+BRIEFLY = {
+    "04_learn_by_trial.py": ["--generations", "1", "--population", "4", "--out", "a.png"],
+    "05_a_recording.py": ["--out", "a.csv", "--plot", "a.png"],
+}
 
 #: More lines than this are no example.
 LINES = {"04_learn_by_trial.py": 200}
@@ -35,7 +39,7 @@ def test_an_example_runs(example, tmp_path):
     assert SAYS[example.name] in done.stdout
     assert len(example.read_text(encoding="utf-8").splitlines()) <= LINES.get(example.name, 80)
     wrote = {path.name for path in tmp_path.iterdir()}
-    assert wrote == {name for name in command if str(name).endswith(".png")}
+    assert wrote == {name for name in command if str(name).endswith((".png", ".csv"))}
 
 
 def test_there_are_examples():
