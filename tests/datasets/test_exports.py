@@ -203,3 +203,14 @@ def test_an_extra_that_is_not_there_is_named(here, monkeypatch, capsys):
     with pytest.raises(SystemExit):
         main(["export", "d.h5", "--to", "minari", "--out", "set-v0"])
     assert "pip install 'dressing-sim[minari]'" in capsys.readouterr().err
+
+
+def test_damaged_folders_are_named_in_one_line(here):
+    path = here / export(simulated(), "minari")
+    (path / "data" / "main_data.hdf5").write_bytes(b"no HDF5")
+    with pytest.raises(InvalidInputError, match="Minari") as refused:
+        read_source(path)
+    assert "\n" not in str(refused.value)
+    (path / "data" / "metadata.json").write_text("{")
+    with pytest.raises(InvalidInputError, match="Minari"):
+        read_source(path)
