@@ -17,6 +17,7 @@ from dressing_sim.learning.frame import FloatArray, situation
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.learning.rivals import METHODS, Equivariance, Method, Shown, Skill
 from dressing_sim.learning.rivals.method import library, minimum_jerk
+from dressing_sim.policies.warped import KinematicWarping
 
 #: Over this share of a path an offset of its start from where the gripper is fades away, as in
 #: `dressing_sim.learning.TimeTPGMM`.
@@ -138,4 +139,8 @@ class RivalConfig:
         return RivalPolicy(self.method, seed)
 
 
-POLICIES: Mapping[str, RivalConfig] = {name: RivalConfig(one) for name, one in METHODS.items()}
+#: The library's methods, and the one that knows an arm.
+POLICIES: Mapping[str, RivalConfig] = {
+    **{name: RivalConfig(one) for name, one in METHODS.items()},
+    "warp": RivalConfig(KinematicWarping()),
+}
