@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.policy import Inputs
@@ -115,7 +115,7 @@ class ViaOracle(Method):
         def skill(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
             systems = _mixed(frames)
             via = [systems[c].to_world(x) for c, x in zip(chosen, places, strict=True)]
-            spline = PchipInterpolator(times, np.stack([start, *via]))
+            spline = CubicSpline(times, np.stack([start, *via]))
             return np.asarray(spline(shown.phase))
 
         return skill

@@ -14,7 +14,7 @@ def test_pauses_at_the_ends_are_cut_off_and_durations_are_made_alike():
     shown = Shown.of([one, SyntheticDemonstration(paused, one.dt, one.frames)], 50)
     assert shown.points.shape == (2, 50, 3)
     np.testing.assert_allclose(shown.points[0], shown.points[1], atol=2e-2)
-    assert shown.duration == pytest.approx(119 * 0.05, rel=0.15)
+    assert shown.duration == pytest.approx(119 * 0.05, rel=0.25)
 
 
 def test_a_line_is_resampled_exactly():
