@@ -119,13 +119,15 @@ def test_its_answer_moves_along_with_the_scene_as_far_as_it_says(policy, name):
     if claimed == "nothing":
         pytest.skip("it does not claim to")
     turn = TURN if claimed == ALL else UNTURNED
-    askable = [(policy, 1e-5)]
-    if name not in DRAWING:  # of equally good alignments another one may be found
-        askable.append((fit(made(name), demonstrations(turn=turn, shift=SHIFT)), 5e-4))
+    # The default's path is resampled by an interpolation that is monotone in each coordinate.
+    near = 5e-4 if name == "transport" else 1e-5
+    askable = [policy]
+    if name not in DRAWING:
+        askable.append(fit(made(name), demonstrations(turn=turn, shift=SHIFT)))
     for posture in TESTED:
         frames = asked(policy, posture, turn=turn, shift=SHIFT)
         here = positions(policy.generate(asked(policy, posture), begin(posture)))
-        for one, near in askable:
+        for one in askable:
             there = positions(one.generate(frames, turn @ begin(posture) + SHIFT))
             np.testing.assert_allclose(there, here @ turn.T + SHIFT, atol=near)
 

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.rivals.method import Equivariance, Method, Shown, Skill, library
+from dressing_sim.learning.rivals.references import nearest
 
 _PACKAGE = "movement_primitives"
+
+#: Steps of integration for one of a path. The package's path runs one step ahead of time.
+_FINE = 10
 
 #: A via-point may be missed by this fraction of the scale.
 _MISS = 1e-3
@@ -28,8 +32,8 @@ class DynamicPrimitive(Method):
 
         tau^2 ddy = alpha (beta (g - y) - tau dy) + f(x),   tau dx = -alpha_x x.
 
-    The forcing term f is linear in its weights; those of the demonstrations are averaged. It is not
-    scaled by g - y0, so the scale of the motion is that of the demonstrations.
+    The forcing term f is linear in its weights: their mean over demonstrations is the least-squares
+    fit to all. It is not scaled by g - y0: the scale of the motion is that of the demonstrations.
 
     Source: Ijspeert, Nakanishi, Hoffmann, Pastor and Schaal (2013), "Dynamical movement primitives:
     learning attractor models for motor behaviors", Neural Computation 25(2),
@@ -44,29 +48,32 @@ class DynamicPrimitive(Method):
     """Basis functions of each coordinate."""
     ridge: float = 1e-6
     """Regularisation of their weights."""
+    demonstration: Literal["mean", "nearest"] = "mean"
+    """Whose forcing term: that of all, or that of the most alike situation."""
     smooth_scaling: bool = False
     """Whether a changed goal pulls from the start on, or ever more as the motion goes on."""
 
     def learn(self, shown: Shown, rng: np.random.Generator) -> Skill:
-        """The mean forcing term."""
+        """The weights of each demonstration."""
         if self.weights > self.samples:
             raise InvalidInputError(f"weights is {self.weights}, valid is at most {self.samples}")
-        p, step = shown.points.shape[2], 1.0 / (self.samples - 1)
+        p, step = shown.points.shape[2], 1.0 / (_FINE * (self.samples - 1))
         made = library(f"{_PACKAGE}.dmp").DMP(
-            p, 1.0, step, self.weights, int_dt=0.25 * step, smooth_scaling=self.smooth_scaling
+            p, 1.0, step, self.weights, int_dt=step, smooth_scaling=self.smooth_scaling
         )
         learned = []
         for path in shown.points:
             made.imitate(shown.phase, path, regularization_coefficient=self.ridge)
-            learned.append(made.get_weights())
-        weights, end = np.mean(learned, axis=0), shown.place(-1)
+            learned.append(made.get_weights().copy())  # it is a view
+        mean, end = np.mean(learned, axis=0), shown.place(-1)
 
         def skill(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
-            made.set_weights(weights)
+            alike = self.demonstration == "nearest"
+            made.set_weights(learned[nearest(shown, frames)] if alike else mean)
             made.reset()
             made.configure(start_y=start, goal_y=end.predict(frames))
             _, path = made.open_loop()
-            return np.asarray(path[: self.samples])
+            return np.asarray(path[::_FINE][: self.samples])
 
         return skill
 

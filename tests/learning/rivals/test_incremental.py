@@ -67,7 +67,7 @@ def test_a_direct_update_of_many_demonstrations_hardly_moves(shown, mixture):
 def test_what_was_learned_first_is_not_forgotten(update, shown, rng):
     skill = Incremental(samples=60, update=update).learn(shown, rng)
     for path, frames in zip(shown.points, shown.situations, strict=True):
-        assert np.linalg.norm(skill(frames, path[0]) - path, axis=1).mean() < 0.06
+        assert np.linalg.norm(skill(frames, path[0]) - path, axis=1).mean() < 0.1
 
 
 @pytest.mark.parametrize("update", UPDATES)

@@ -37,6 +37,21 @@ def test_its_answer_moves_with_start_and_goal(shown, rng):
     np.testing.assert_allclose(two, 0.5 * (one + three), atol=1e-9)
 
 
+def test_the_forces_of_all_demonstrations_are_their_mean_and_differ_from_each_ones(shown, rng):
+    """At the same start and goal a path is linear in the forces."""
+    frames, start = shown.situations[0], shown.points[0, 0]
+
+    def away(chosen):
+        """The path less its goal."""
+        some = shown.only(chosen)
+        path = DynamicPrimitive().learn(some, rng)(frames, some.place(-1).predict(frames) + start)
+        return path - some.place(-1).predict(frames)
+
+    one, other, both = away([0]), away([1]), away([0, 1])
+    np.testing.assert_allclose(both, 0.5 * (one + other), atol=1e-9)
+    assert np.abs(one - other).max() > 0.01
+
+
 def test_too_many_weights_are_refused(shown, rng):
     with pytest.raises(InvalidInputError, match="weights"):
         DynamicPrimitive(weights=200).learn(shown, rng)
