@@ -94,7 +94,7 @@ def bend(
 
 
 def _seen(frame: Frame, first: Frame) -> Frame:
-    return Frame(np.linalg.solve(first.A, frame.A), first.to_local(frame.b))
+    return Frame(first.displacements_to_local(frame.A.T).T, first.to_local(frame.b))
 
 
 def _begin(shown: Shown) -> int:

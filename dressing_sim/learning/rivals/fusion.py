@@ -10,7 +10,7 @@ A m + b and A C A^T, and a weighted product of the frames' Gaussians is
     C^-1 = sum_p w_p C_p^-1,   m = C sum_p w_p C_p^-1 m_p.
 
 Source: Calinon (2016), "A tutorial on task-parameterized movement learning and retrieval",
-doi:10.1007/s11370-015-0187-9, sections 3 and 5; without weights it is the time-based TP-GMM.
+doi:10.1007/s11370-015-0187-9; without weights it is the time-based TP-GMM.
 """
 
 from __future__ import annotations

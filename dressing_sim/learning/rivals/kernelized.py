@@ -9,7 +9,7 @@ A via-point takes the place of the reference nearest in phase, with a small cova
 the start, as each frame sees it. The frames' predictions are then fused by their product.
 
 Source: Huang, Rozo, Silverio and Caldwell (2019), "Kernelized movement primitives", IJRR 38(7),
-doi:10.1177/0278364919846363: equations 20 and 24, algorithms 1 and 2.
+doi:10.1177/0278364919846363.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ With the value function (z - .)^T V_n (z - .) + ... and its linear part w_n, bac
     u_n = -(R + B^T V B)^-1 B^T (V F z_n + w),   V_n = Q_n + F^T V (F - B K),
     w_n = (F - B K)^T w - Q_n r_n,   K = (R + B^T V B)^-1 B^T V F.
 
-Source: Calinon (2016), doi:10.1007/s11370-015-0187-9, section 6 and appendix.
+Source: Calinon (2016), doi:10.1007/s11370-015-0187-9.
 """
 
 from __future__ import annotations

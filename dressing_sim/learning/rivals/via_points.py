@@ -8,7 +8,7 @@ shape's distribution knows conditions it, as in a probabilistic primitive; anoth
 h: far from the demonstrations their shape is kept.
 
 Source: Zhou, Gao and Asfour (2019), "Learning via-point movement primitives with inter- and
-extrapolation capabilities", IROS, doi:10.1109/IROS40897.2019.8968586.
+extrapolation capabilities", IROS.
 """
 
 from __future__ import annotations

@@ -11,10 +11,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.registration import smoothed
 from dressing_sim.learning.rivals.fusion import Bands, over_time, time_mixture
 from dressing_sim.learning.rivals.method import Method, Shown, Skill
+
+#: Of inferred weights: the steepest power, and over which share of a path they are smoothed.
+_STEEPEST, _SMOOTH = 125.0, 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +85,13 @@ class LearnedWeights(Method):
 
 @dataclass(frozen=True, slots=True)
 class InferredWeights(Method):
-    """Frames' weights at each phase from the covariances that they see.
+    """Frames' weights at each phase from how much demonstrations differ there.
 
-        w_p(t) = P det(C_p(t))^-1 / sum_q det(C_q(t))^-1.
+        w_p(t) = P |C_p(t)|^g / sum_q |C_q(t)|^g,   g <= 0,
+
+    smoothed over t, with C_p(t) the covariance of the demonstrations' points in frame p,
+    regularised, |.| its largest eigenvalue, and g the power that reproduces the demonstrations
+    best.
 
     Source: Sena, Michael and Howard (2019), "Improving task-parameterised movement learning
     generalisation with frame-weighted trajectory generation", IROS, arXiv:1903.01240.
@@ -92,23 +101,43 @@ class InferredWeights(Method):
     """K."""
     floor: float = 1e-3
     """Added to variances, as a fraction of the data's."""
+    ridge: float = 1e-2
+    """Added to the variances C_p(t), over the scale squared."""
 
     def learn(self, shown: Shown, rng: np.random.Generator) -> Skill:
         """The mixture, and the weights."""
         bands = over_time(time_mixture(shown, self.components, self.floor), shown.phase)
-        weights = relevance(bands)
+        weights = self.weights(shown, bands)
 
         def skill(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
             return bands.in_world(frames).fused(weights).means
 
         return skill
 
+    def weights(self, shown: Shown, bands: Bands) -> FloatArray:
+        """w_p(t), (P, N), they sum to P at each phase."""
+        local = shown.local
+        centred = local - local.mean(axis=0)
+        covariances = np.einsum("mpni,mpnj->pnij", centred, centred) / max(len(local) - 1, 1)
+        covariances += self.ridge * shown.scale**2 * np.eye(local.shape[-1])
+        sizes = np.linalg.eigvalsh(covariances)[..., -1]
+        seen = [bands.in_world(frames) for frames in shown.situations]
 
-def relevance(bands: Bands) -> FloatArray:
-    """w_p(t), (P, N), they sum to P at each phase; see `InferredWeights`."""
-    _, log = np.linalg.slogdet(bands.covariances)
-    share = np.exp(log.min(axis=0) - log)
-    return len(share) * share / share.sum(axis=0)
+        def cost(power: float) -> float:
+            w = relevance(sizes, power)
+            pairs = zip(seen, shown.points, strict=True)
+            return float(np.mean([_distance(one.fused(w).means, path) for one, path in pairs]))
+
+        found = minimize_scalar(cost, bounds=(-_STEEPEST, 0.0), method="bounded").x
+        return relevance(sizes, min(0.0, float(found), key=cost))
+
+
+def relevance(sizes: FloatArray, power: float) -> FloatArray:
+    """P |C_p(t)|^g / sum_q |C_q(t)|^g of sizes |C_p(t)| (P, N), smoothed over phase."""
+    log = power * np.log(sizes)
+    share = np.exp(log - log.max(axis=0))
+    share = len(share) * share / share.sum(axis=0)
+    return smoothed(share.T, _SMOOTH).T
 
 
 def _weights(theta: FloatArray) -> FloatArray:
