@@ -24,6 +24,7 @@ SHORT = {
     **{name: f"{name}?max_iterations=4" for name in DRAWING},
     "frame-weighted": "frame-weighted?iterations=1&basis=4",
     "tp-gmr-learned": "tp-gmr-learned?updates=4",
+    "cnmp": "cnmp?steps=60",
 }
 
 #: Policies of the paper and our own say nothing of what moves them: all of it does.

@@ -15,6 +15,7 @@ from dressing_sim.learning.rivals.movement_primitives import (
     DynamicPrimitive,
     ProbabilisticPrimitive,
 )
+from dressing_sim.learning.rivals.neural import NeuralPrimitive
 from dressing_sim.learning.rivals.references import Nearest, Straight, ViaOracle
 from dressing_sim.learning.rivals.regression import FrameRegression, WorldRegression
 from dressing_sim.learning.rivals.semi_markov import SemiMarkov
@@ -44,6 +45,7 @@ METHODS: Mapping[str, Method] = {
     "tp-gmr-direct": Incremental(update="direct"),
     "gp-transport": Transportation(),
     "vmp": ViaPointPrimitive(),
+    "cnmp": NeuralPrimitive(),
 }
 
 __all__ = ["METHODS", "Equivariance", "Method", "Shown", "Skill"]
