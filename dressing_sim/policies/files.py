@@ -8,10 +8,14 @@ from pathlib import Path
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Policy, load_model, save_model
 from dressing_sim.learning.storage import Storable
+from dressing_sim.policies.rivals import RivalPolicy
 from dressing_sim.policies.transported import TransportPolicy
 
 #: Policies that can be saved besides those of `dressing_sim.learning`, by what files call them.
-KINDS: Mapping[str, type[Storable]] = {"transport": TransportPolicy}
+KINDS: Mapping[str, type[Storable]] = {
+    "transport": TransportPolicy,
+    "rival": RivalPolicy,
+}
 
 
 def save_policy(policy: Storable, path: str | Path) -> Path:

@@ -266,7 +266,7 @@ def test_a_policy_is_one_file_of_the_package(tmp_path, monkeypatch):
     built_in.cache_clear()
     try:
         assert len(make_policy("lazy?steps=4").generate(None, np.zeros(3))) == 4
-        assert set(built_in()) == {EXPERT, DEFAULT, *POLICIES, "lazy"}
+        assert {EXPERT, DEFAULT, *POLICIES, "lazy"} <= set(built_in())
     finally:
         built_in.cache_clear()
         sys.modules.pop("dressing_sim.policies.lazy", None)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.registry import DEFAULT, EXPERT
+from dressing_sim.policies.rivals import POLICIES as RIVALS
 
 _CASES = ("case_a", "case_b")
 _AUGMENTED = ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
@@ -72,6 +73,14 @@ _CHANGED = (
     ),
 )
 
+#: Other ways to learn from the same two demonstrations, the paper's and ours; the operator.
+_RIVALS = (
+    Entry(EXPERT),
+    *_OURS,
+    *(Entry(policy, case) for policy in ("tp-gmm", "tp-gmm-rf-noise") for case in _CASES),
+    *(Entry(policy, case) for policy in RIVALS for case in _CASES),
+)
+
 PROTOCOLS: Mapping[str, Protocol] = {
     protocol.name: protocol
     for protocol in (
@@ -86,6 +95,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
+        Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),
     )
 }
 

@@ -9,7 +9,8 @@ from dressing_sim.benchmark.studies.protocols import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.hyperparameters import changed
 from dressing_sim.policies.paper import AUGMENTED, POLICIES
-from dressing_sim.policies.registry import EXPERT, make_policy
+from dressing_sim.policies.registry import DEFAULT, EXPERT, make_policy
+from dressing_sim.policies.rivals import POLICIES as RIVALS
 from dressing_sim.suites.suites import demonstration_postures, load_suite
 
 
@@ -61,6 +62,14 @@ def test_the_large_protocols_have_what_they_compare():
     }
     assert all(len(load_suite(p.suite)) >= 50 for p in (budget, robust))
     assert {p.demonstration_sets for p in (full, budget, robust)} == {5}
+
+
+def test_every_rival_learns_from_the_same_demonstrations_as_the_default():
+    rivals = find_protocol("rivals")
+    assert (rivals.suite, rivals.demonstration_sets) == ("test200", 5)
+    rows = {(e.policy, e.demonstrations) for e in rivals.entries}
+    assert rows >= {(p, case) for p in (DEFAULT, *RIVALS) for case in ("case_a", "case_b")}
+    assert not any(entry.variation for entry in rivals.entries)
 
 
 def test_each_row_with_settings_has_its_counterpart_as_chosen():
