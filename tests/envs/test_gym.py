@@ -45,14 +45,14 @@ def same(one, other):
 
 
 @pytest.mark.parametrize("choices", [{}, {"control": "target", "rotation": True}])
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::UserWarning", "error::DeprecationWarning")
 def test_gymnasium_finds_nothing_to_complain_of(posture, opengl, choices):
     from gymnasium.utils.env_checker import check_env
 
     check_env(made(posture, width=64, height=48, **choices).unwrapped)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::UserWarning", "error::DeprecationWarning")
 def test_nor_when_more_is_seen_and_arms_are_random():
     from gymnasium.utils.env_checker import check_env
 
