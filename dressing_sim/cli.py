@@ -30,6 +30,7 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.planar import planar
     from dressing_sim.commands.replay import replay
     from dressing_sim.commands.thresholds import thresholds
+    from dressing_sim.commands.tune import tune
     from dressing_sim.commands.validate import validate
 
     return {
@@ -42,6 +43,7 @@ def _commands() -> dict[str, Any]:
         "dress": dress,
         "validate": validate,
         "thresholds": thresholds,
+        "tune": tune,
         "planar": planar,
         "doctor": doctor,
     }

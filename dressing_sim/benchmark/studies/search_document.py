@@ -1,0 +1,58 @@
+"""The report of a search for hyper-parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dressing_sim.benchmark.report import plots
+from dressing_sim.benchmark.report.document import Code, Document, Paragraph, Plot, Section, Table
+from dressing_sim.benchmark.studies.columns import Column, table_of
+
+_COLUMNS: Mapping[str, Column] = {
+    "hyper-parameters": lambda trial: trial["policy"].partition("?")[2] or "as it is",
+    "dressed": "{n_success} / {n_episodes}",
+    "score": "{score:.3f}",
+    "rung": "{rung}",
+}
+
+#: How many of the best trials the report shows; the others are in ``summary.json``.
+_SHOWN = 12
+
+
+def search_document(found: Mapping[str, Any], command: str) -> Document:
+    """The report; what was found is as from `dressing_sim.benchmark.studies.search.search`."""
+    trials = sorted(found["trials"], key=lambda trial: (-trial["rung"], -trial["score"]))
+    what = found["search"]
+    rungs = ", ".join(map(str, what["postures"]))
+    told = (
+        f"{len(trials)} trials of `{found['policy']}`, {found['n_episodes']} episodes on "
+        f"{', '.join(what['cases'])} and the first {rungs} postures of `val50`; the best quarter "
+        "of each rung goes on to the next. Best:"
+    )
+    note = (
+        "The score of an episode is a half for success and a half for its smallest margin of "
+        "pull, strain and reach, as shares of their limits. The curve is of the first rung, in "
+        "which all trials are; the first trial is the policy as it is."
+    )
+    return Document(
+        f"Hyper-parameters of {found['policy']}",
+        command,
+        (Paragraph(told), Code(found["chosen"])),
+        (
+            Section(
+                "The best trials", (Table(table_of(_COLUMNS, trials[:_SHOWN])), Paragraph(note))
+            ),
+            Section("The best so far", (_curve(found),)),
+        ),
+    )
+
+
+def _curve(found: Mapping[str, Any]) -> Plot:
+    best = found["best_so_far"]
+    with plots.figure(2.4) as drawn:
+        axes = drawn.subplots()
+        axes.step(range(1, len(best) + 1), best, where="post", color=plots.STYLES[0].colour)
+        axes.set(xlabel="trials", ylabel="best score", xlim=(1, max(2, len(best))))
+        svg = plots.svg_of(drawn)
+    return Plot("best", svg, f"The best score rises from {best[0]:.3f} to {best[-1]:.3f}")
