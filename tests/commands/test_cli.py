@@ -18,6 +18,7 @@ COMMANDS = (
     "replay",
     "validate",
     "thresholds",
+    "tune",
     "demonstrate",
     "learn",
     "dress",
