@@ -129,7 +129,8 @@ def _header(stream: IO[bytes], named: str) -> tuple[tuple[int, ...], np.dtype[An
         shape, _, kind = readers[version](stream)
     except InvalidInputError:
         raise
-    except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
+    # numpy parses it with Python's own tools, which raise much else than a ValueError.
+    except Exception as error:
         reason = one_line(str(error), 80)
         raise InvalidInputError(f"{named} has a header that is damaged ({reason})") from error
     return shape, kind, stream.tell()

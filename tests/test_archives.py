@@ -81,6 +81,7 @@ def packed(path, **members):
         (b"\x93NUMPY\x01\x00" + b"\xff\xff" + b"(" * 65535, "header"),
         (b"\x93NUMPY\x02\x00" + b"\xff\xff\xff\x7f" + b" ", "header"),
         (b"\x93NUMPY\x03\x00" + bytes(100), "version (3, 0)"),
+        (b"\x93NUMPY\x01\x00\x0c\x00{'descr': (\n", "header"),
         (b"nothing of the kind", "header"),
         (b"", "header"),
         (header((1,), "|O") + bytes(8), "valid are numbers"),
