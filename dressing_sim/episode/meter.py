@@ -19,8 +19,8 @@ from dressing_sim.world.strain import StrainGauge
 #: Rows of which the windings are counted at a time; keeps the arrays small.
 _CHUNK = 64
 
-#: The column of the rings' places, which a trace is worked out from but does not hold.
-_RINGS = "rings"
+#: The column of the vertices' places, which a trace is worked out from but does not hold.
+_CLOTH = "cloth"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,8 +123,7 @@ class Meter:
 
     def _measure(self, target: NDArray[np.float64], number: int) -> tuple[Row, dict[str, Any]]:
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
-        gauge, percentile = self._gauge, self._percentile
-        strain, forces = gauge.principal(cloth), world.cloth_load
+        strain, forces = self._gauge.principal(cloth), world.cloth_load
         rings = world.mesh.rings(cloth)
         ends = self._axis.coordinate(np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)]))
         row = Row(
@@ -136,7 +135,7 @@ class Meter:
             link_force=forces.net,
             hit_force=self._hit_force,
             hit=bool((self._hit_by >= 0).any()),
-            strain=gauge.percentile(strain, percentile),
+            strain=self._gauge.percentile(strain, self._percentile),
             armscye_s=float(ends[0]),
             hem_s=float(ends[1]),
             holding=world.holding,
@@ -149,16 +148,13 @@ class Meter:
             "torque": world.arm_torque,
             "limit_ratio": self._limit_ratio,
             "strain": row.strain,
-            "strain_median": gauge.percentile(strain, 50.0),
-            "strain_max": strain.max(),
-            "edge_strain": gauge.edge_percentile(cloth, percentile),
             "holding": row.holding,
             "grip_force": row.grip_force,
             "link_force": row.link_force,
             "link_normal_force": forces.normal,
             "hit_by": self._hit_by,
             "hit_force": self._hit_force,
-            _RINGS: rings,
+            _CLOTH: cloth,
         }
         return row, kept
 
@@ -182,15 +178,28 @@ class Meter:
     def trace(self) -> Trace:
         """All rows so far, of which there must be one."""
         columns = self.columns()
-        rings = columns.pop(_RINGS)
+        cloth = columns.pop(_CLOTH)
         return Trace(
             dt=self._dt,
             links=LINKS,
             robot_links=self._world.robot_links,
             clearance=self._world.clearance(columns["tcp"]),
             **columns,
-            **self._progress(rings),
+            **self._strains(cloth),
+            **self._progress(self._world.mesh.rings(cloth)),
         )
+
+    def _strains(self, cloth: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        """What else of the cloth's strain a trace has, of all vertices' places (n, n_vertices, 3)."""
+        gauge = self._gauge
+        strains = [gauge.principal(places) for places in cloth]
+        return {
+            "strain_median": np.array([gauge.percentile(strain, 50.0) for strain in strains]),
+            "strain_max": np.array([strain.max() for strain in strains]),
+            "edge_strain": np.array(
+                [gauge.edge_percentile(places, self._percentile) for places in cloth]
+            ),
+        }
 
     def _progress(self, rings: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         """Where the rings are: the columns that say how far the sleeve is on."""

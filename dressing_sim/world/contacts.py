@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.world.kernels import cloth_on_links
 from dressing_sim.world.mannequin import LINKS
 
 
@@ -69,10 +70,20 @@ class ContactReader:
 
     def cloth(self, data: mujoco.MjData) -> ClothForces:
         """Forces of the cloth on the mannequin in the current step."""
-        chosen = np.flatnonzero((data.contact.flex >= 0).any(axis=1))
-        link, force, normal = self._forces(data, chosen)
-        on = link == np.arange(len(LINKS))[:, None]
-        return ClothForces(on @ force, on @ normal)
+        contacts = data.contact
+        net, normal = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))
+        cloth_on_links(
+            contacts.flex,
+            contacts.geom,
+            contacts.dim,
+            contacts.efc_address,
+            contacts.frame,
+            data.efc_force,
+            self._link,
+            net,
+            normal,
+        )
+        return ClothForces(net, normal)
 
     def robot(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Net force of the robot on each link, shape (n_links, 3) [N], in the current step."""

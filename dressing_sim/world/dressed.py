@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.world.kernels import arm_coordinate
 from dressing_sim.world.mannequin import HAND_LENGTH
 
 #: How far the arm's axis is prolonged beyond the wrist and the shoulder to count windings, in
@@ -52,13 +53,9 @@ class ArmAxis:
         Returns:
             Shape (n,), unbounded below 0 and above 2.
         """
-        wrist, elbow, shoulder = self.joints
-        forearm, upper = elbow - wrist, shoulder - elbow
-        s1 = np.minimum(_dot(points - wrist, forearm) / (forearm @ forearm), 1.0)
-        s2 = np.maximum(_dot(points - elbow, upper) / (upper @ upper), 0.0)
-        d1 = np.linalg.norm(points - (wrist + s1[:, None] * forearm), axis=1)
-        d2 = np.linalg.norm(points - (elbow + s2[:, None] * upper), axis=1)
-        return np.where(d1 <= d2, s1, 1.0 + s2)
+        s = np.empty(len(points))
+        arm_coordinate(np.asarray(points, dtype=float), self.joints, s)
+        return s
 
     def dressed_ratios(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Shares of the upper arm and of the arm that a sleeve's opening has passed.

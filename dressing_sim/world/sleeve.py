@@ -117,8 +117,9 @@ class SleeveMesh:
         return np.unique(np.sort(pairs, axis=1), axis=0)
 
     def rings(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The sleeve's rings, (along, around, 3), of all vertices' positions (n_vertices, 3)."""
-        return positions[: self.along * self.around].reshape(self.along, self.around, 3)
+        """The sleeve's rings, (..., along, around, 3), of all positions (..., n_vertices, 3)."""
+        sleeve = positions[..., : self.along * self.around, :]
+        return sleeve.reshape(*positions.shape[:-2], self.along, self.around, 3)
 
 
 def sleeve_mesh(

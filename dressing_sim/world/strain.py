@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.world.kernels import principal_strain
 from dressing_sim.world.sleeve import SleeveMesh
 
 
@@ -49,12 +50,9 @@ class StrainGauge:
         Returns:
             Shape (n_triangles,); 0.1 is ten per cent longer than at rest, negative is shorter.
         """
-        gradient = np.stack(self._edges(vertices), axis=2) @ self._inverse
-        c11 = np.einsum("ij,ij->i", gradient[:, :, 0], gradient[:, :, 0])
-        c22 = np.einsum("ij,ij->i", gradient[:, :, 1], gradient[:, :, 1])
-        c12 = np.einsum("ij,ij->i", gradient[:, :, 0], gradient[:, :, 1])
-        larger = 0.5 * (c11 + c22) + np.sqrt((0.5 * (c11 - c22)) ** 2 + c12**2)
-        return np.sqrt(larger) - 1.0
+        strain = np.empty(len(self._triangles))
+        principal_strain(vertices, self._triangles, self._inverse, strain)
+        return strain
 
     def percentile(self, strain: NDArray[np.float64], percent: float) -> float:
         """Strain that `percent` per cent of the cloth's area stays at or below.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dressing_sim.learning.kernels.compiled import compiled
+from dressing_sim.compiled import compiled
 
 NEGLIGIBLE = -40.0  # exp(-40) = 4e-18 of the largest term is lost in double precision anyway
 INVERSE_LOG_2 = 1.4426950408889634

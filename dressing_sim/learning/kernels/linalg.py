@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dressing_sim.learning.kernels.compiled import compiled
+from dressing_sim.compiled import compiled
 
 
 @compiled

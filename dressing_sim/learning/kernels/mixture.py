@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dressing_sim.learning.kernels.compiled import compiled
+from dressing_sim.compiled import compiled
 from dressing_sim.learning.kernels.exponential import exp_below_zero
 from dressing_sim.learning.kernels.linalg import cholesky, invert_lower
 

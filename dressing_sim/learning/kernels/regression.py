@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dressing_sim.learning.kernels.compiled import compiled
+from dressing_sim.compiled import compiled
 from dressing_sim.learning.kernels.linalg import invert_definite
 
 

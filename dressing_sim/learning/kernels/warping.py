@@ -7,7 +7,7 @@ say where its best step comes from.
 
 import numpy as np
 
-from dressing_sim.learning.kernels.compiled import compiled
+from dressing_sim.compiled import compiled
 
 
 @compiled

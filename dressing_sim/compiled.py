@@ -44,7 +44,8 @@ class _Cache(FunctionCache):
         super().__init__(function)
         name = f"{self._impl.filename_base}.free"
         # Numba looks at the function's own file, but loops call those of other files.
-        self._cache_file = _CheckedFile(self._cache_path, name, _source())
+        folder = Path(function.__code__.co_filename).parent
+        self._cache_file = _CheckedFile(self._cache_path, name, _source(folder))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for a signature, or None."""
@@ -103,10 +104,10 @@ class _CheckedFile(IndexDataCacheFile):
 
 
 @cache
-def _source() -> str:
-    """A hash of all loops."""
+def _source(folder: Path) -> str:
+    """A hash of all loops in a folder."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(folder.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -131,7 +132,7 @@ _told = threading.Event()
 @cache
 def _say_that_it_compiles() -> None:
     """What is going on, should it take more than a second."""
-    told = "compiling loops of the learning library, once; this can take half a minute"
+    told = "compiling loops, once; this can take half a minute"
     timer = threading.Timer(1.0, _LOG.warning, (told,))
     timer.daemon = True
     timer.start()
