@@ -98,6 +98,7 @@ class Meter:
         self._limit_ratio = np.zeros(3)
         self._hit_by = np.full(len(LINKS), -1)
         self._hit_force = np.zeros(len(LINKS))
+        self._penetration = 0.0
 
     def observe_physics(self) -> None:
         """Look at what no physics step may do; to be called after each of them."""
@@ -105,6 +106,7 @@ class Meter:
         used = [world.arm_configuration - self._middle, world.arm_velocity, world.arm_torque]
         ratio = np.abs(np.array(used) / self._limits).max(axis=1)
         self._limit_ratio = np.maximum(self._limit_ratio, ratio)
+        self._penetration = max(self._penetration, world.cloth_load.depth)
         for touch in world.touches():
             if self._hit_by[touch.link] < 0 or touch.force > self._hit_force[touch.link]:
                 self._hit_by[touch.link] = touch.robot_link
@@ -152,6 +154,7 @@ class Meter:
             "grip_force": row.grip_force,
             "link_force": row.link_force,
             "link_normal_force": forces.normal,
+            "penetration": self._penetration,
             "hit_by": self._hit_by,
             "hit_force": self._hit_force,
             _CLOTH: cloth,
@@ -190,7 +193,7 @@ class Meter:
         )
 
     def _strains(self, cloth: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        """What else of the cloth's strain a trace has, of all vertices' places (n, n_vertices, 3)."""
+        """The other strains of a trace, of all vertices' places (n, n_vertices, 3)."""
         gauge = self._gauge
         strains = [gauge.principal(places) for places in cloth]
         return {

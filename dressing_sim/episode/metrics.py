@@ -54,6 +54,7 @@ _ALL = (
     Metric("link_force", "N", "largest net force of the cloth on a link"),
     Metric("link_normal_force", "N", "largest sum of the cloth's normal forces on a link"),
     *_of_links(),
+    Metric("penetration", "m", "how deep the cloth was in the mannequin where it was deepest"),
     Metric("hit_force", "N", "largest normal force of the robot on the mannequin"),
     Metric("tracking_error", "m", "largest distance between gripper and target"),
     Metric("speed_near_arm", "m/s", "largest speed of the gripper near the arm"),

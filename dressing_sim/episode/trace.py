@@ -76,6 +76,8 @@ class Trace:
             (n, n_links, 3), in the robot's base frame [N].
         link_normal_force: Sum of the cloth's normal forces on each link, as a sensor reads it,
             shape (n, n_links) [N].
+        penetration: How deep the cloth was in the mannequin since the row before where it was
+            deepest, shape (n,) [m].
         hit_by: Index in `robot_links` of the link that hit each link of the mannequin hardest
             since the row before, -1 where none did, shape (n, n_links).
         hit_force: Normal force with which it did, shape (n, n_links) [N].
@@ -105,6 +107,7 @@ class Trace:
     grip_force: NDArray[np.float64]
     link_force: NDArray[np.float64]
     link_normal_force: NDArray[np.float64]
+    penetration: NDArray[np.float64]
     hit_by: NDArray[np.intp]
     hit_force: NDArray[np.float64]
 
@@ -158,6 +161,7 @@ class Trace:
             "link_normal_force": normal.max(),
             **{f"{link}_force": net[i] for i, link in enumerate(self.links)},
             **{f"{link}_normal_force": normal[i] for i, link in enumerate(self.links)},
+            "penetration": self.penetration.max(),
             "hit_force": self.hit_force.max(),
             "tracking_error": self.tracking_error.max(),
             "speed_near_arm": near.max(initial=0.0),

@@ -36,10 +36,12 @@ class ClothForces:
         net: Net force on each link of `LINKS`, shape (n_links, 3) [N].
         normal: Sum of the normal forces on each link, shape (n_links,) [N]. A sleeve that
             squeezes an arm from all sides has none net, but much of this.
+        depth: How deep the cloth is in the mannequin where it is deepest, zero if it is not [m].
     """
 
     net: NDArray[np.float64]
     normal: NDArray[np.float64]
+    depth: float = 0.0
 
 
 class ContactReader:
@@ -72,9 +74,10 @@ class ContactReader:
         """Forces of the cloth on the mannequin in the current step."""
         contacts = data.contact
         net, normal = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))
-        cloth_on_links(
+        depth = cloth_on_links(
             contacts.flex,
             contacts.geom,
+            contacts.dist,
             contacts.dim,
             contacts.efc_address,
             contacts.frame,
@@ -83,7 +86,7 @@ class ContactReader:
             net,
             normal,
         )
-        return ClothForces(net, normal)
+        return ClothForces(net, normal, depth)
 
     def robot(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Net force of the robot on each link, shape (n_links, 3) [N], in the current step."""

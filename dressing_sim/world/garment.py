@@ -24,9 +24,9 @@ class Fabric:
     """Plate rigidity [N m]."""
     poisson: float = 0.3
     """Poisson's ratio."""
-    thickness: float = 0.004
-    """What contacts see [m]: fabric, and the air between fabric and skin. Thicker than the fabric
-    alone, for the contact solver."""
+    thickness: float = 0.001
+    """Of the fabric [m]; what gives way between it and the skin is the contact's,
+    see `SleeveConfig.contact_depth`."""
     friction: float = 0.3
     """Sliding friction coefficient on skin; measured on forearms: 0.31 +- 0.07 (Temel 2022)."""
     damping: float = 0.01

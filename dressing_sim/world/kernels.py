@@ -9,6 +9,7 @@ from dressing_sim.compiled import compiled
 def cloth_on_links(
     flex: np.ndarray,
     geom: np.ndarray,
+    distance: np.ndarray,
     dim: np.ndarray,
     address: np.ndarray,
     frame: np.ndarray,
@@ -16,12 +17,13 @@ def cloth_on_links(
     link_of_geom: np.ndarray,
     net: np.ndarray,
     normal: np.ndarray,
-) -> None:
+) -> float:
     """Add up the cloth's contacts by the mannequin's links.
 
     Args:
         flex: Of the contacts' two participants, (n, 2); -1 for none.
         geom: The same of geoms.
+        distance: Between the contacts' surfaces, (n,), negative inside [m].
         dim: Rows of each contact, (n,).
         address: First of them, (n,); -1 where the solver leaves a contact out.
         frame: Axes of each contact, (n, 9), the normal first.
@@ -29,7 +31,11 @@ def cloth_on_links(
         link_of_geom: Index of a geom's link, -1 of others; the last is that of no geom.
         net: Net force on each link, (n_links, 3), which is written.
         normal: Sum of its normal forces, (n_links,), which is written.
+
+    Returns:
+        How deep the cloth is in the mannequin where it is deepest, zero if it is not [m].
     """
+    depth = 0.0
     net[:] = 0.0
     normal[:] = 0.0
     for contact in range(len(dim)):
@@ -37,7 +43,10 @@ def cloth_on_links(
             continue
         first, second = link_of_geom[geom[contact, 0]], link_of_geom[geom[contact, 1]]
         link = max(first, second)
-        if link < 0 or address[contact] < 0:
+        if link < 0:
+            continue
+        depth = max(depth, -distance[contact])
+        if address[contact] < 0:
             continue
         # The force acts on the second of the two.
         sign = 1.0 if second >= 0 else -1.0
@@ -46,6 +55,7 @@ def cloth_on_links(
             for axis in range(3):
                 net[link, axis] += sign * part * frame[contact, 3 * row + axis]
         normal[link] += force[address[contact]]
+    return depth
 
 
 @compiled

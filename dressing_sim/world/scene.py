@@ -47,11 +47,11 @@ class SolverConfig:
             raise InvalidInputError(f"solver is {self.solver!r}, valid is CG or Newton")
         if not (isinstance(self.iterations, int) and self.iterations >= 1):
             raise InvalidInputError(f"solver: iterations is {self.iterations}, valid is 1 or more")
-        for name in ("timestep", "tolerance", "impratio"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise InvalidInputError(
-                    f"solver: {name} is {getattr(self, name)}, valid is above zero"
-                )
+        for name, most in (("timestep", 0.05), ("tolerance", 1e-5), ("impratio", np.inf)):
+            value = getattr(self, name)
+            if not 0.0 < value <= most or value == np.inf:
+                upto = f" up to {most:g}" if most < np.inf else ""
+                raise InvalidInputError(f"solver: {name} is {value}, valid is above zero{upto}")
 
 
 @dataclass(frozen=True, slots=True)

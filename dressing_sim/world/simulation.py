@@ -22,6 +22,24 @@ from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 #: physics steps goes, a sleeve that catches (in tenths of a second) stays.
 FORCE_CUTOFF = 10.0
 
+#: Cloth this deep in the mannequin has gone through its skin [m]: half of the thinnest limb. All
+#: that dress with the garments of `dressing_sim.world.garment.GARMENTS` stay above it.
+TOO_DEEP = 0.02
+
+#: Cloth that the fingers hold and that is this fast has got its energy from the solver [m/s]; the
+#: gripper moves at a quarter of a metre a second.
+TOO_FAST = 10.0
+
+#: For how long in all a simulation may do what it must not before it is not trusted [s].
+DOUBTFUL_TIME = 0.1
+
+#: What it must not do, in the order of `World.doubts`.
+DOUBTS = (
+    f"the cloth was more than {1e3 * TOO_DEEP:g} mm deep in the mannequin",
+    "the solver stopped at its limit of iterations",
+    f"the cloth was faster than {TOO_FAST:g} m/s",
+)
+
 #: What MuJoCo's next step depends on, the solver's warm start included.
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
@@ -45,6 +63,7 @@ class World:
         data: MuJoCo's state.
         robot_links: Names of the robot's links that can touch the mannequin.
         holding: Whether the fingers still hold the cloth.
+        doubts: For how long the simulation did each of `DOUBTS`, in all [s].
     """
 
     def __init__(
@@ -82,6 +101,7 @@ class World:
         self._cloth_load = ClothForces(np.zeros((len(LINKS), 3)), np.zeros(len(LINKS)))
         self.holding = True
         self._last_sound = 0.0
+        self.doubts = np.zeros(len(DOUBTS))
         self._place(np.asarray(arm_configuration, dtype=float))
 
     def _place(self, q: NDArray[np.float64]) -> None:
@@ -118,6 +138,8 @@ class World:
             "load": self._load,
             "net": self._cloth_load.net,
             "normal": self._cloth_load.normal,
+            "depth": np.array(self._cloth_load.depth),
+            "doubts": self.doubts,
             "flags": np.array([self._last_sound, float(self.holding)]),
         }
 
@@ -131,7 +153,10 @@ class World:
         self.data.xpos[:] = state["tcp"]
         self.data.flexvert_xpos[:] = state["cloth"]
         self._load = state["load"].copy()
-        self._cloth_load = ClothForces(state["net"].copy(), state["normal"].copy())
+        self._cloth_load = ClothForces(
+            state["net"].copy(), state["normal"].copy(), float(state["depth"])
+        )
+        self.doubts = state["doubts"].copy()
         self._last_sound = float(state["flags"][0])
         self.holding = bool(state["flags"][1])
 
@@ -163,7 +188,15 @@ class World:
         self._cloth_load = ClothForces(
             before.net + share * (now.net - before.net),
             before.normal + share * (now.normal - before.normal),
+            now.depth,
         )
+        found = (
+            now.depth > TOO_DEEP,
+            self.data.solver_niter[0] >= self.config.solver.iterations,
+            self.holding and self.cloth_speed > TOO_FAST,
+        )
+        if any(found):
+            self.doubts = self.doubts + self.model.opt.timestep * np.array(found)
         if self.holding and self._load @ self._load > self.config.grip_strength**2:
             self.release()
 
@@ -183,6 +216,9 @@ class World:
             return f"solver warning {name} {when}"
         if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
             return f"non-finite state {when}"
+        if (self.doubts > DOUBTFUL_TIME).any():
+            worst = int(np.argmax(self.doubts))
+            return f"{DOUBTS[worst]} for more than {DOUBTFUL_TIME:g} s in all, {when}"
         return None
 
     @property

@@ -20,6 +20,12 @@ from dressing_sim.world.garment import Garment
 
 FLEX = "sleeve"
 
+#: MuJoCo's codes for what of a sheet is elastic.
+_STRETCHING, _BOTH = 2, 3
+
+#: MuJoCo's least impedance of a contact.
+_LEAST_IMPEDANCE = 0.0001
+
 #: A sleeve of more vertices around, or along, would take hours to simulate.
 MOST_VERTICES = 400
 
@@ -29,7 +35,7 @@ class SleeveConfig:
     """A garment, how it is held, and how finely it is meshed."""
 
     garment: Garment = field(default_factory=Garment)
-    edge: float = 0.040
+    edge: float = 0.032
     """Length of the mesh's edges [m]."""
     grip_width: float = 0.05
     """How much of the armscye's edge, to both sides of its top together, the fingers hold [m]."""
@@ -42,13 +48,20 @@ class SleeveConfig:
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
     contact_time: float = 0.02
     """Time in which a penetration heals [s]; at least twice the physics step."""
-    contact_impedance: float = 0.99
-    """How hard a contact is, 0 to 1. Forces scale with the vertices' tiny masses: with MuJoCo's
-    default of 0.95 an elbow pokes through the cloth at a few newtons."""
+    contact_depth: float = 0.004
+    """Depth over which a contact hardens from nothing to `contact_impedance` [m]: fuzz of the
+    fabric, air and skin that give way. It also keeps sliding contacts closed: MuJoCo's model of
+    friction lifts what slides at a speed v by ``2 friction v contact_time``, and without a layer
+    deeper than that the cloth leaves the contact and falls back through the skin's surface."""
+    contact_impedance: float = 0.9999
+    """How hard a contact is below its layer, 0 to 1."""
+    bending: bool = False
+    """Whether bending is simulated. Jersey bends under its weight over 22 mm, less than an edge of
+    the mesh, and it costs half as much again."""
 
     def __post_init__(self) -> None:
         check_kinds(self, "sleeve")
-        for name in ("edge", "grip_width", "grip_depth", "contact_time"):
+        for name in ("edge", "grip_width", "grip_depth", "contact_time", "contact_depth"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0.0):
                 raise InvalidInputError(f"sleeve: {name} is {value}, valid is > 0")
@@ -294,14 +307,17 @@ def add_sleeve(
         poisson=fabric.poisson,
         damping=fabric.damping,
         thickness=fabric.elastic_thickness,
-        elastic2d=3,  # both stretching and bending
+        elastic2d=_BOTH if config.bending else _STRETCHING,
         contype=contype,
         conaffinity=conaffinity,
         condim=3,
         priority=1,  # else contacts take the mean of these settings and the mannequin's defaults
         friction=[fabric.friction, 0.005, 0.0001],
         solref=[config.contact_time, 1.0],
-        solimp=[config.contact_impedance, config.contact_impedance, 0.001, 0.5, 2.0],
+        # Impedance grows with the square of the depth, in the layer's upper half, and then ever
+        # more slowly; zero, which MuJoCo does not take, would be no contact at all.
+        solimp=[_LEAST_IMPEDANCE, config.contact_impedance, config.contact_depth, 0.5, 2.0],
+        margin=config.contact_depth,
         selfcollide=mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
         rgba=[0.20, 0.42, 0.75, 1.0],
     )
