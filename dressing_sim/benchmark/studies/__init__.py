@@ -21,6 +21,7 @@ STUDIES: dict[str, Callable[[], object]] = {
     "success": _maker(f"{__name__}.success:Success"),
     "cost": _maker(f"{__name__}.cost:Cost"),
     "thresholds": _maker(f"{__name__}.thresholds:ThresholdStudy"),
+    "agreement": _maker(f"{__name__}.agreement:Agreement"),
     "convergence": _maker(f"{__name__}.convergence:Convergence"),
     "tuning": _maker(f"{__name__}.tuning:Tuning"),
 }

@@ -22,6 +22,7 @@ from dressing_sim.benchmark.run.executors import Workers
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
+from dressing_sim.benchmark.studies.agreement import REQUIRED_AGREEMENT, first_postures
 from dressing_sim.benchmark.studies.convergence_document import convergence_document
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
@@ -38,14 +39,7 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
-from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import SolverConfig
-
-#: Postures of the study, from the first of the suite.
-N_POSTURES = 15
-
-#: The least share of verdicts in which the default settings must agree with the finest.
-REQUIRED_AGREEMENT = 0.95
 
 #: How far strain and pull may be from those of a converged solver in nine of ten dressings.
 ALLOWED_SOLVER_ERROR = 0.05
@@ -83,17 +77,12 @@ def convergence_plan(
         raise InvalidInputError(
             f"unknown setting {unknown[0]!r}; valid is one of {', '.join(names)}"
         )
-    arms = load_suite(suite)
-    if postures is not None and not 1 <= postures <= len(arms):
-        raise InvalidInputError(
-            f"postures is {postures}, valid is 1 to {len(arms)}, as many as suite {suite!r} has"
-        )
     wanted = {DEFAULT, FINEST, CONVERGED, *(names if only is None else only)}
     return Plan(
         Protocol("convergence", suite, (), study="convergence"),
         seed,
         EpisodeConfig(),
-        tuple(arms[: N_POSTURES if postures is None else postures]),
+        first_postures(suite, postures),
         {},
         {"settings": [name for name in names if name in wanted]},
     )

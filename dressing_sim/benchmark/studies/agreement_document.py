@@ -1,0 +1,124 @@
+"""The report of the agreement study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.report import plots
+from dressing_sim.benchmark.report.document import (
+    Cells,
+    Document,
+    Paragraph,
+    Plot,
+    Section,
+    Table,
+    config_section,
+)
+from dressing_sim.benchmark.studies.columns import Column, spaced, table_of
+from dressing_sim.episode.thresholds import Thresholds
+
+NOTE = (
+    "The same joint commands are played in both worlds. Undecided: the verdict in the reference is "
+    "nearer to turning than the reference's own error. p: McNemar's, of as many verdicts that "
+    "differ in one direction as in the other. Cost: CPU time, the default's by the reference's."
+)
+
+#: What stands of each row.
+_ROWS: Mapping[str, Column] = {
+    "policy": "{policy}",
+    "demonstrations": "{demonstrations}",
+    "agree": "{n_agree} / {n_episodes}",
+    "dressed": "{n_success}",
+    "dressed in the reference": "{n_success_reference}",
+    "undecided": "{undecided}",
+    "void": "{n_void}",
+}
+
+#: What stands of each episode whose verdicts differ.
+_DIFFERING: Mapping[str, Column] = {
+    "policy": "{policy}",
+    "demonstrations": "{demonstrations}",
+    "posture": "{posture}",
+    "default": lambda episode: _reasons(episode["default"]),
+    "reference": lambda episode: _reasons(episode["reference"]),
+    "pull [N]": lambda episode: _both(episode["grip_force"], 1),
+    "strain": lambda episode: _both(episode["strain"], 2),
+    "decided": lambda episode: "yes" if episode["decided"] else "no",
+}
+
+
+def agreement_document(
+    results: Sequence[EpisodeResult], summary: Mapping[str, Any], command: str
+) -> Document:
+    """The report; the summary is as from `dressing_sim.benchmark.studies.agreement`."""
+    differing = summary["differing"]
+    found = Table(table_of(_DIFFERING, differing)) if differing else Paragraph("None.")
+    return Document(
+        "Agreement with a finer simulation",
+        command,
+        (Paragraph(headline(summary)), Table(agreement_table(summary))),
+        (
+            Section("What the numbers are", (Paragraph(NOTE), agreement_plot(results))),
+            Section("Episodes whose verdicts differ", (found,)),
+            config_section(summary),
+        ),
+    )
+
+
+def headline(summary: Mapping[str, Any]) -> str:
+    """What the study says of the default world."""
+    told = summary["policies"]
+    if told["agreement"] is None:
+        return "Nothing can be said: every episode is void."
+    low, high = told["agreement_ci95"]
+    text = (
+        "The default world and the reference agree on {n_agree} of {n_episodes} verdicts "
+        "({agreement:.1%}, 95 % interval {low:.1%} to {high:.1%}); {n_only_default} dressed only "
+        "in the default, {n_only_reference} only in the reference (p = {mcnemar_p:.2f}); "
+        "{undecided} are undecided. "
+    )
+    cost = "" if told["cost_ratio"] is None else "The default costs {cost_ratio:.2f} of it."
+    return spaced(text + cost, {**told, "low": low, "high": high}).strip()
+
+
+def agreement_table(summary: Mapping[str, Any]) -> Cells:
+    """Every row of policies."""
+    return table_of(_ROWS, summary["rows"])
+
+
+def _reasons(reasons: Sequence[str]) -> str:
+    return ", ".join(reasons) or "dressed"
+
+
+def _both(values: Sequence[float | None], digits: int) -> str:
+    return " against ".join("-" if v is None else f"{v:.{digits}f}" for v in values)
+
+
+def agreement_plot(results: Sequence[EpisodeResult]) -> Plot:
+    """Largest pull and strain of each episode in both worlds."""
+    limits = Thresholds()
+    with plots.figure(4.0) as drawn:
+        left, right = drawn.subplots(1, 2)
+        for axes, metric, label, limit in (
+            (left, "strain", "strain of 95 % of the cloth's area", limits.strain),
+            (right, "grip_force", "pull of the gripper [N]", limits.grip_force),
+        ):
+            points = []
+            for result in results:
+                reference: Any = result.extra["reference"]
+                there, here = reference["figures"].get(metric), result.outcome.metrics.get(metric)
+                if there is not None and here is not None:
+                    points.append((there, here))
+            plots.draw_points(axes, points, "episodes", plots.STYLES[1])
+            top = 1.05 * max(axes.get_xlim()[1], axes.get_ylim()[1], limit)
+            axes.plot([0, top], [0, top], color=plots.QUIET, lw=0.8, zorder=0)
+            axes.axvline(limit, color=plots.QUIET, ls=":", lw=1)
+            axes.axhline(limit, color=plots.QUIET, ls=":", lw=1)
+            axes.set(xlim=(0, top), ylim=(0, top), aspect="equal")
+            axes.set(xlabel=f"reference: {label}", ylabel="default")
+        svg = plots.svg_of(drawn)
+    alt = "Strain and pull of each episode, default against reference"
+    caption = "Largest strain and pull of each episode; dotted: threshold."
+    return Plot("agreement", svg, alt, caption, file=True)
