@@ -26,6 +26,10 @@ _STRETCHING, _BOTH = 2, 3
 #: MuJoCo's least impedance of a contact.
 _LEAST_IMPEDANCE = 0.0001
 
+#: How a contact hardens across its layer: a sigmoid that is flat at both ends. With a power of 2
+#: what holds the load is the layer's last tenth of a millimetre, which a step jumps over.
+_MIDPOINT, _POWER = 0.5, 4.0
+
 #: A sleeve of more vertices around, or along, would take hours to simulate.
 MOST_VERTICES = 400
 
@@ -314,9 +318,13 @@ def add_sleeve(
         priority=1,  # else contacts take the mean of these settings and the mannequin's defaults
         friction=[fabric.friction, 0.005, 0.0001],
         solref=[config.contact_time, 1.0],
-        # Impedance grows with the square of the depth, in the layer's upper half, and then ever
-        # more slowly; zero, which MuJoCo does not take, would be no contact at all.
-        solimp=[_LEAST_IMPEDANCE, config.contact_impedance, config.contact_depth, 0.5, 2.0],
+        solimp=[
+            _LEAST_IMPEDANCE,
+            config.contact_impedance,
+            config.contact_depth,
+            _MIDPOINT,
+            _POWER,
+        ],
         margin=config.contact_depth,
         selfcollide=mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
         rgba=[0.20, 0.42, 0.75, 1.0],

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.analysis.statistics import mcnemar_p, wilson_interval
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Json, Protocol
@@ -24,7 +26,11 @@ from dressing_sim.benchmark.studies.study import EpisodeStudy, Summary
 from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
+from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import Observer, play
+from dressing_sim.episode.rule import Evidence
+from dressing_sim.episode.rules import RULES
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Policy
 from dressing_sim.provenance import versions
@@ -54,9 +60,16 @@ REFERENCE, MARGIN, SECONDS = "reference", "reference_margin", "seconds"
 
 
 def reference(config: EpisodeConfig) -> EpisodeConfig:
-    """The same with a finer mesh, half the physics step and a solver that has converged."""
+    """The same with a finer mesh, half the physics step and a solver that has converged.
+
+    A contact heals in as many steps, so that its lift by friction is halved too.
+    """
     world = config.world
-    sleeve = replace(world.sleeve, edge=0.75 * world.sleeve.edge)
+    sleeve = replace(
+        world.sleeve,
+        edge=0.75 * world.sleeve.edge,
+        contact_time=0.5 * world.sleeve.contact_time,
+    )
     solver = replace(world.solver, timestep=0.5 * world.solver.timestep, tolerance=1e-12)
     return replace(config, world=replace(world, sleeve=sleeve, solver=solver))
 
@@ -88,25 +101,38 @@ def dress_twice(
     """Run one episode in the default world, and its commands in the reference."""
     posture, varied, drawn = job.situation(config)
     begun = time.process_time()
-    recording = record_answer(source, posture, job.seed, varied, observer)
+    recording = again = record_answer(source, posture, job.seed, varied, observer)
     seconds = [time.process_time() - begun]
-    outcome, margin = recording.outcome, None
     if recording.trajectory is not None:
         begun = time.process_time()
-        dressing = Dressing(posture, reference(varied))
-        again = play(dressing, recording.trajectory)
+        again = play(Dressing(posture, reference(varied)), recording.trajectory)
         seconds.append(time.process_time() - begun)
-        outcome = again.outcome
-        if outcome.invalid is None:
-            margin = least_margin(dressing.margins(again.time_left, again.reach_left))
-    extra: dict[str, Json] = {REFERENCE: outcome.to_dict(), MARGIN: margin, SECONDS: seconds}
+    extra: dict[str, Json] = {
+        REFERENCE: again.outcome.to_dict(),
+        MARGIN: deciding_margin(again, recording, varied.thresholds),
+        SECONDS: seconds,
+    }
     return job_result(job, posture, drawn, recording.outcome, extra)
 
 
-def least_margin(margins: Mapping[str, float]) -> float:
-    """The verdict's distance from turning, in units of the reference's own error."""
-    known = [abs(margins[name]) / error for name, error in REFERENCE_ERROR.items()]
-    return min(known)
+def deciding_margin(
+    reference: Recording, default: Recording, thresholds: Thresholds
+) -> float | None:
+    """How near the verdict is to turning, in units of the reference's own error.
+
+    The stop cuts its own margin off, and says nothing of how much harder the cloth would have been
+    pulled; then the other world's margin tells, and if the robot was stopped in both, none.
+    """
+    for recording in (reference, default):
+        known = REFERENCE_ERROR.keys()
+        if recording.trace is not None and known.isdisjoint(recording.outcome.reasons):
+            evidence = Evidence(recording.trace, np.zeros(3), thresholds=thresholds)
+            return min(
+                abs(rule.margin(evidence)) / REFERENCE_ERROR[rule.name]
+                for rule in RULES
+                if rule.name in known
+            )
+    return None
 
 
 @dataclass(frozen=True)
