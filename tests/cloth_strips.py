@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from dressing_sim.world.garment import Fabric, Garment
 from dressing_sim.world.scene import SolverConfig
@@ -200,16 +201,29 @@ class Strip:
         return -self.data.sensor("support_force").data[1:4]
 
 
-def creep(load):
-    """How fast friction creeps that carries a load an area's mass [m/s^2], in m/s.
+def creep(load, pressed):
+    """How fast friction creeps that carries a load, pressed on; both an area's mass [m/s^2]; in m/s.
 
-    MuJoCo's friction is a damper. A contact of impedance d, as `SleeveConfig` has it, pushes
-    back with R f = b v per mass of its vertex, b = 2 / (d T), R = (1 - d) / d, impratio times less
-    for friction (the manual's chapter on computation). The discrete integrator evaluates damper
-    and spring at the end of the step, which divides the damper by 1 + h b, and R, the normal
-    direction's, by 1 + h b + h^2 k, with the spring's k = 1 / (d T^2).
+    MuJoCo's friction is a damper. A contact of impedance d pushes back with R f = b v per mass of
+    its vertex, b = 2 / (D T), R = (1 - d) / d, impratio times less for friction, where D is the
+    impedance below the layer and T the contact's time (the manual's chapter on computation). How
+    far d has grown follows from what is pressed on: R f = d k r in the depth r, k = 1 / (D T)^2.
+    The discrete integrator evaluates damper and spring at the end of the step, which divides the
+    damper by 1 + h b, and R, the normal direction's, by 1 + h b + h^2 d k.
     """
-    d, time, h = SLEEVE.contact_impedance, SLEEVE.contact_time, SOLVER.timestep
-    b, k = 2.0 / (d * time), 1.0 / (d * time**2)
+    most, time, h = SLEEVE.contact_impedance, SLEEVE.contact_time, SOLVER.timestep
+    b, k = 2.0 / (most * time), 1.0 / (most * time) ** 2
+
+    def pressing(depth):
+        return k * depth * impedance(depth) ** 2 / (1.0 - impedance(depth))
+
+    d = impedance(brentq(lambda r: pressing(r) - pressed, 1e-9, SLEEVE.contact_depth))
     soft = (1.0 - d) / d / SOLVER.impratio
-    return soft * load / b * (1.0 + h * b) / (1.0 + h * b + h**2 * k)
+    return soft * load / b * (1.0 + h * b) / (1.0 + h * b + h**2 * d * k)
+
+
+def impedance(depth):
+    """How hard a contact is, this deep in its layer [m]: the manual's sigmoid, its power 4."""
+    half = 0.5 * (2.0 * min(depth, SLEEVE.contact_depth - depth) / SLEEVE.contact_depth) ** 4
+    share = half if depth < 0.5 * SLEEVE.contact_depth else 1.0 - half
+    return 1e-4 + share * (SLEEVE.contact_impedance - 1e-4)

@@ -248,7 +248,7 @@ def test_cloth_slides_down_what_is_steeper_than_the_friction_angle(beyond):
 def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(below, edge):
     """Below atan(mu) friction carries m g sin of the incline, and nothing accelerates.
 
-    What is left is `creep`, 0.02 mm/s and less, the same in every mesh.
+    What is left is `creep`, 0.1 mm/s and less, the same in every mesh.
     """
     incline = FRICTION_ANGLE - np.deg2rad(below)
     sheet = sheet_on(incline, edge)
@@ -260,8 +260,8 @@ def test_cloth_stays_on_what_is_less_steep_but_for_the_creep_of_soft_friction(be
     np.testing.assert_allclose(
         sheet.support_force, sheet.mesh.masses.sum() * np.array([down, 0.0, -normal]), atol=1e-7
     )
-    assert speed < 3e-5
-    assert speed == pytest.approx(creep(down), rel=1e-3)
+    assert speed < 1.1e-4
+    assert speed == pytest.approx(creep(down, normal), rel=1e-3)
 
 
 def test_the_sensor_below_a_sheet_at_rest_reads_its_weight():

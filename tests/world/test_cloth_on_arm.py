@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cloth_strips import GRAVITY, creep
+from cloth_strips import FABRIC, GRAVITY, creep
 
 from dressing_sim.arm import Posture
 from dressing_sim.control import PandaKinematics, configuration_at
@@ -59,25 +59,27 @@ def test_a_sleeve_at_rest_does_not_creep_off(resting):
     world, times, coordinates, on, _, _ = resting
     settled = times >= 2.0
     way = np.ptp(coordinates[settled]) * world.posture.arm_size.upper_arm_length
-    allowed = 28.0 * creep(GRAVITY * np.sin(np.deg2rad(2.0)))
+    tilt = np.deg2rad(2.0)
+    allowed = 28.0 * creep(GRAVITY * np.sin(tilt), GRAVITY * np.cos(tilt))
     assert way < (5.0 if world.config.sleeve.garment.body else 1.0) * allowed
     assert np.all(on[settled])
     assert coordinates[-1] > 1.5
 
 
 def test_a_sleeve_comes_to_rest(resting):
-    """But for the `creep` of what lies on the steep trunk: its fastest vertex, in the last 10 s.
+    """But for the `creep` of what friction holds as well as it can; each vertex's, in the last 10 s.
 
-    A vertex that carries its own weight down a vertical creeps with 0.09 mm/s (the sleeve's,
-    measured: 0.004 mm/s alone, 0.15 with the shirt's body). The body hangs in folds that touch the
-    trunk in few places; as these creep, its loose ends swing (measured: 0.39 mm/s).
+    0.11 mm/s (the sleeve's, measured: 0.04 mm/s alone, 0.1 with the shirt's body). The body hangs
+    in folds that touch the trunk in few places; as these creep, its loose ends swing (measured:
+    0.25 mm/s), and once in a while a fold gives way (measured: 0.7 mm/s for a moment).
     """
     world, times, _, _, _, speeds = resting
-    late = speeds[times[:, 0] >= 20.0].max(axis=0)
+    late = np.median(speeds[times[:, 0] >= 20.0], axis=0)
     on_sleeve = np.arange(len(late)) < world.mesh.around * world.mesh.along
-    assert late[on_sleeve].max() < 2.0 * creep(GRAVITY)
+    most = creep(FABRIC.friction * GRAVITY, GRAVITY)
+    assert late[on_sleeve].max() < 2.0 * most
     if world.config.sleeve.garment.body:
-        assert late[~on_sleeve].max() < 5.0 * creep(GRAVITY)
+        assert late[~on_sleeve].max() < 5.0 * most
     assert speeds[times[:, 0] >= 8.0].max() < 1e-3
 
 

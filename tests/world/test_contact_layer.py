@@ -14,11 +14,11 @@ from cloth_strips import FABRIC, HEIGHT, SLEEVE, SOLVER, X, Y, add_sleeve, share
 from dressing_sim.world.garment import Garment
 from dressing_sim.world.sleeve import vertex_body
 
-RADIUS, LOAD, SPEED = 0.043, 2.0, 0.05
+RADIUS, LOAD, SPEED, TAKEN_UP = 0.043, 2.0, 0.03, 0.06
 STIFFNESS, DAMPING = 2000.0, 20.0
 
 
-def capstan(edge, friction, **contact):
+def capstan(edge, friction, timestep=SOLVER.timestep, **contact):
     """Tension at the drawn end over the load, one a step, and the largest penetration [m]."""
     fabric = replace(FABRIC, friction=friction)
     rows, columns = round(0.36 / (edge * HEIGHT)), max(1, round(0.08 / edge))
@@ -30,7 +30,7 @@ def capstan(edge, friction, **contact):
 
     spec = mujoco.MjSpec()
     option = spec.option
-    option.timestep, option.iterations, option.tolerance = SOLVER.timestep, 200, 1e-12
+    option.timestep, option.iterations, option.tolerance = timestep, 200, 1e-12
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, SOLVER.impratio
@@ -58,20 +58,22 @@ def capstan(edge, friction, **contact):
         drawn.set_to_position(kp=STIFFNESS, kv=DAMPING)
     model = spec.compile()
     data = mujoco.MjData(model)
+    hang(data, vertices)
     weights = shares(vertices[left, 1])
     weights /= weights.sum()
     joints = [model.joint(f"{vertex_body(vertex)}_z") for vertex in right]
     qpos = [joint.qposadr[0] for joint in joints]
     dof = [joint.dofadr[0] for joint in joints]
+    drawn_from = data.qpos[qpos]
     tensions, depths = [], []
-    for step in range(round(2.6 / option.timestep)):
+    for step in range(round(2.0 / option.timestep)):
         time = step * option.timestep
         for vertex, weight in zip(left, weights, strict=True):
             body = model.body(vertex_body(vertex)).id
             data.xfrc_applied[body, 2] = -LOAD * weight * min(1.0, time / 0.3)
-        data.ctrl[:] = -0.18 * min(1.0, time) - SPEED * max(0.0, time - 1.0)
+        data.ctrl[:] = drawn_from - TAKEN_UP * min(1.0, time / 0.6) - SPEED * max(0.0, time - 0.6)
         mujoco.mj_step(model, data)
-        if time > 1.6:
+        if time > 1.0:
             # The servos as the discrete integrator applies them, in the state after the step.
             pull = STIFFNESS * (data.ctrl - data.qpos[qpos]) - DAMPING * data.qvel[dof]
             tensions.append(-pull.sum() / LOAD)
@@ -79,20 +81,43 @@ def capstan(edge, friction, **contact):
     return np.array(tensions), max(depths)
 
 
+def hang(data, vertices):
+    """Lay the flat strip round the cylinder's upper half; what is longer hangs down."""
+    radius = RADIUS + 0.5 * FABRIC.thickness + 0.25 * SLEEVE.contact_depth
+    angle = np.clip(vertices[:, 0] / radius, -0.5 * np.pi, 0.5 * np.pi)
+    rest = np.abs(vertices[:, 0]) - radius * np.abs(angle)
+    x, z = radius * np.sin(angle), radius * np.cos(angle) - rest
+    data.qpos[0::3] = x - vertices[:, 0]
+    data.qpos[2::3] = z - vertices[:, 2]
+
+
 @pytest.mark.parametrize("edge", [SLEEVE.edge, 0.02])
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_cloth_that_slides_round_a_limb_obeys_the_capstan_law(edge, friction):
-    """Measured: within 8 %."""
+    """Measured: within 7 %."""
     tensions, _ = capstan(edge, friction)
-    assert tensions.mean() == pytest.approx(np.exp(friction * np.pi), rel=0.12)
+    assert tensions.mean() == pytest.approx(np.exp(friction * np.pi), rel=0.1)
+
+
+def test_the_capstan_law_is_the_limit_of_fine_meshes():
+    """The error falls with the square of the edge, as a polygon's does; Richardson's extrapolation.
+
+    The step is half the default's and a contact heals in as many steps, so that what is left of
+    its damping is small. Measured: 8 % and 4 % off, extrapolated 0.9 %.
+    """
+    coarse, fine = SLEEVE.edge, 0.02
+    finer = {"timestep": 0.5 * SOLVER.timestep, "contact_time": 0.5 * SLEEVE.contact_time}
+    tensions = [capstan(edge, 0.3, **finer)[0].mean() for edge in (coarse, fine)]
+    slope = (tensions[0] - tensions[1]) / (coarse**2 - fine**2)
+    assert tensions[1] - slope * fine**2 == pytest.approx(np.exp(0.3 * np.pi), rel=0.015)
 
 
 @pytest.mark.parametrize("edge", [SLEEVE.edge, 0.02])
 def test_it_slides_evenly_and_stays_near_the_surface(edge):
-    """Measured: the deviation is 0.05 of the tension, the depth 3.4 mm."""
+    """Measured: the deviation is 0.02 of the tension, the depth 1.4 mm."""
     tensions, depth = capstan(edge, 0.3)
-    assert tensions.std() < 0.1 * tensions.mean()
-    assert depth < SLEEVE.contact_depth
+    assert tensions.std() < 0.05 * tensions.mean()
+    assert depth < 0.003
 
 
 def test_without_a_layer_it_would_chatter():

@@ -282,7 +282,9 @@ def test_the_simulated_cloth_has_the_mesh_and_the_mass(body):
     np.testing.assert_allclose(model.flex_friction[0, 0], fabric.friction)
     np.testing.assert_allclose(model.flex_radius[0], 0.5 * fabric.thickness)
     np.testing.assert_allclose(model.flex_solref[0], [config.contact_time, 1.0])
-    np.testing.assert_allclose(model.flex_solimp[0, :2], config.contact_impedance)
+    np.testing.assert_allclose(
+        model.flex_solimp[0, 1:3], [config.contact_impedance, config.contact_depth]
+    )
 
 
 # Settings
