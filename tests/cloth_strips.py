@@ -202,7 +202,7 @@ class Strip:
 
 
 def creep(load, pressed):
-    """How fast friction creeps that carries a load, pressed on; both an area's mass [m/s^2]; in m/s.
+    """How fast friction creeps that carries a load, pressed on, in m/s; both a mass [m/s^2].
 
     MuJoCo's friction is a damper. A contact of impedance d pushes back with R f = b v per mass of
     its vertex, b = 2 / (D T), R = (1 - d) / d, impratio times less for friction, where D is the

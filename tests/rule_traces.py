@@ -43,6 +43,7 @@ def good(**changes):
         "grip_force": np.full(ROWS, 0.2 * RULES.grip_force),
         "link_force": np.full((*per_link, 3), [0.2 * RULES.link_force, 0.0, 0.0]),
         "link_normal_force": np.full(per_link, 0.3 * RULES.link_force),
+        "penetration": np.full(ROWS, 0.001),
         "hit_by": np.full(per_link, -1),
         "hit_force": np.zeros(per_link),
     }

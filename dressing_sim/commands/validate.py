@@ -41,7 +41,7 @@ def validate(
 
     Args:
         suite: postures: a name, a JSON file, or random:N.
-        postures: how many of them, from the first; 15, or all if there are fewer, by default.
+        postures: how many of them, from the first; by default all, and of val50 15.
         settings: all, or some of the settings to sweep, separated by commas; default, finest and
             tolerance 1e-12 (a converged solver) are always among them.
         seed: of the operator's variability and of the policies' own randomness.

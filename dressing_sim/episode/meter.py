@@ -107,7 +107,8 @@ class Meter:
         ratio = np.abs(np.array(used) / self._limits).max(axis=1)
         self._limit_ratio = np.maximum(self._limit_ratio, ratio)
         self._penetration = max(self._penetration, world.cloth_load.depth)
-        for touch in world.touches():
+        # Asking for touches costs as much as everything else here.
+        for touch in world.touches() if world.cloth_load.others else ():
             if self._hit_by[touch.link] < 0 or touch.force > self._hit_force[touch.link]:
                 self._hit_by[touch.link] = touch.robot_link
                 self._hit_force[touch.link] = touch.force

@@ -37,11 +37,13 @@ class ClothForces:
         normal: Sum of the normal forces on each link, shape (n_links,) [N]. A sleeve that
             squeezes an arm from all sides has none net, but much of this.
         depth: How deep the cloth is in the mannequin where it is deepest, zero if it is not [m].
+        others: Number of the step's contacts without cloth, the robot's; None if not known.
     """
 
     net: NDArray[np.float64]
     normal: NDArray[np.float64]
     depth: float = 0.0
+    others: int | None = None
 
 
 class ContactReader:
@@ -74,7 +76,7 @@ class ContactReader:
         """Forces of the cloth on the mannequin in the current step."""
         contacts = data.contact
         net, normal = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))
-        depth = cloth_on_links(
+        depth, others = cloth_on_links(
             contacts.flex,
             contacts.geom,
             contacts.dist,
@@ -86,7 +88,7 @@ class ContactReader:
             net,
             normal,
         )
-        return ClothForces(net, normal, depth)
+        return ClothForces(net, normal, depth, others)
 
     def robot(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Net force of the robot on each link, shape (n_links, 3) [N], in the current step."""

@@ -17,7 +17,7 @@ def cloth_on_links(
     link_of_geom: np.ndarray,
     net: np.ndarray,
     normal: np.ndarray,
-) -> float:
+) -> tuple[float, int]:
     """Add up the cloth's contacts by the mannequin's links.
 
     Args:
@@ -33,13 +33,15 @@ def cloth_on_links(
         normal: Sum of its normal forces, (n_links,), which is written.
 
     Returns:
-        How deep the cloth is in the mannequin where it is deepest, zero if it is not [m].
+        How deep the cloth is in the mannequin where it is deepest, zero if it is not [m], and the
+        number of contacts without cloth.
     """
-    depth = 0.0
+    depth, others = 0.0, 0
     net[:] = 0.0
     normal[:] = 0.0
     for contact in range(len(dim)):
         if flex[contact, 0] < 0 and flex[contact, 1] < 0:
+            others += 1
             continue
         first, second = link_of_geom[geom[contact, 0]], link_of_geom[geom[contact, 1]]
         link = max(first, second)
@@ -55,7 +57,26 @@ def cloth_on_links(
             for axis in range(3):
                 net[link, axis] += sign * part * frame[contact, 3 * row + axis]
         normal[link] += force[address[contact]]
-    return depth
+    return depth, others
+
+
+@compiled
+def fastest(velocities: np.ndarray) -> float:
+    """The largest speed of velocities (3 n,), three numbers each."""
+    most = 0.0
+    for i in range(0, len(velocities), 3):
+        square = velocities[i] ** 2 + velocities[i + 1] ** 2 + velocities[i + 2] ** 2
+        most = max(most, square)
+    return np.sqrt(most)
+
+
+@compiled
+def all_finite(values: np.ndarray) -> bool:
+    """Whether every number of (n,) is finite."""
+    finite = True
+    for value in values:
+        finite = finite and np.isfinite(value)
+    return finite
 
 
 @compiled

@@ -28,7 +28,7 @@ _MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
 class SolverConfig:
     """How MuJoCo integrates; what is chosen here can change a verdict."""
 
-    timestep: float = 0.01
+    timestep: float = 0.005
     """Physics step [s]."""
     solver: str = "Newton"
     """``"CG"`` or ``"Newton"``."""
@@ -40,7 +40,7 @@ class SolverConfig:
     robot's, a hundred times a vertex's mass: at 1e-8 the cloth's strain and pull are still off."""
     impratio: float = 100.0
     """How much harder friction is than contact; at 10 a sleeve creeps down a steep arm by 1 mm a
-    second, at 100 by 0.1 mm."""
+    second, at 100 by 0.05 mm."""
 
     def __post_init__(self) -> None:
         check_kinds(self, "solver")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
+from dressing_sim.world.kernels import all_finite, fastest
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
@@ -86,9 +87,9 @@ class World:
         self._lag = self._damping / self._stiffness
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
         first = model.flex_vertadr[flex]
-        self._vertex_bodies = np.array(
-            [model.body(vertex_body(i)).id for i in range(len(mesh.vertices))]
-        )
+        # A vertex slides along the world's axes, and vertices follow one another.
+        dof = model.joint(f"{vertex_body(0)}_x").dofadr[0]
+        self._cloth_dofs = slice(dof, dof + 3 * len(mesh.vertices))
         self._vertices = slice(first, first + len(mesh.vertices))
         self._contacts = ContactReader(model)
         self.robot_links = self._contacts.robot_links
@@ -189,6 +190,7 @@ class World:
             before.net + share * (now.net - before.net),
             before.normal + share * (now.normal - before.normal),
             now.depth,
+            now.others,
         )
         found = (
             now.depth > TOO_DEEP,
@@ -214,7 +216,7 @@ class World:
         if numbers.any():
             name = mujoco.mjtWarning(int(np.flatnonzero(numbers)[0])).name.removeprefix("mjWARN_")
             return f"solver warning {name} {when}"
-        if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
+        if not (all_finite(self.data.qpos) and all_finite(self.data.qvel)):
             return f"non-finite state {when}"
         if (self.doubts > DOUBTFUL_TIME).any():
             worst = int(np.argmax(self.doubts))
@@ -255,8 +257,7 @@ class World:
     @property
     def cloth_speed(self) -> float:
         """Speed of the fastest vertex of the sleeve [m/s]."""
-        speeds = self.data.cvel[self._vertex_bodies, 3:]
-        return float(np.sqrt(np.max(np.einsum("ij,ij->i", speeds, speeds))))
+        return float(fastest(self.data.qvel[self._cloth_dofs]))
 
     def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Distance (n,) [m] of points (n, 3) from the surface of the arm, negative inside."""

@@ -50,7 +50,7 @@ class SleeveConfig:
     sequence of three numbers, kept as a tuple."""
     grip_impedance: float = 0.9999
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
-    contact_time: float = 0.02
+    contact_time: float = 0.01
     """Time in which a penetration heals [s]; at least twice the physics step."""
     contact_depth: float = 0.004
     """Depth over which a contact hardens from nothing to `contact_impedance` [m]: fuzz of the

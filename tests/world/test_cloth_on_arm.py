@@ -67,7 +67,7 @@ def test_a_sleeve_at_rest_does_not_creep_off(resting):
 
 
 def test_a_sleeve_comes_to_rest(resting):
-    """But for the `creep` of what friction holds as well as it can; each vertex's, in the last 10 s.
+    """But for the `creep` of what friction holds at its limit; each vertex, in the last 10 s.
 
     0.11 mm/s (the sleeve's, measured: 0.04 mm/s alone, 0.1 with the shirt's body). The body hangs
     in folds that touch the trunk in few places; as these creep, its loose ends swing (measured:

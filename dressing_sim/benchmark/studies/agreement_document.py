@@ -20,9 +20,10 @@ from dressing_sim.benchmark.studies.columns import Column, spaced, table_of
 from dressing_sim.episode.thresholds import Thresholds
 
 NOTE = (
-    "The same joint commands are played in both worlds. Undecided: the verdict in the reference is "
-    "nearer to turning than the reference's own error. p: McNemar's, of as many verdicts that "
-    "differ in one direction as in the other. Cost: CPU time, the default's by the reference's."
+    "The same joint commands are played in both worlds. Undecided, and counted apart: the verdict "
+    "in the reference changes on the default's mesh, or a success is nearer to a threshold than "
+    "the reference's own error (Richardson's estimate from both meshes). p: McNemar's, of as many "
+    "verdicts that differ in one direction as in the other. Cost: CPU time, the default's by the reference's."
 )
 
 #: What stands of each row.
@@ -77,7 +78,7 @@ def headline(summary: Mapping[str, Any]) -> str:
         "The default world and the reference agree on {n_agree} of {n_episodes} verdicts "
         "({agreement:.1%}, 95 % interval {low:.1%} to {high:.1%}); {n_only_default} dressed only "
         "in the default, {n_only_reference} only in the reference (p = {mcnemar_p:.2f}); "
-        "{undecided} are undecided. "
+        "{undecided} more are undecided (with them {agreement_with_undecided:.1%}). "
     )
     cost = "" if told["cost_ratio"] is None else "The default costs {cost_ratio:.2f} of it."
     return spaced(text + cost, {**told, "low": low, "high": high}).strip()

@@ -64,7 +64,7 @@ def convergence_plan(
 
     Args:
         suite: Postures.
-        postures: How many of them, from the first; if None 15, or all if there are fewer.
+        postures: How many of them, from the first; if None all, and of `val50` 15.
         only: Settings to try besides the default, the finest and a converged solver; all if None.
         seed: Of the operator's variability.
 

@@ -43,13 +43,11 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
     """The default, the finest, and changes between and beyond them.
 
     One change at a time, but for the coarse mesh with double step, and for CG, which needs other
-    iterations than Newton.
+    iterations than Newton. Where the step changes, a contact heals in as many steps as before.
     """
     base = default or EpisodeConfig()
     solver, edge = base.world.solver, base.world.sleeve.edge
-    step = solver.timestep
-    half, double = {"timestep": step / 2}, {"timestep": 2 * step}
-    half_told, double_told = f"{500 * step:g} ms", f"{2000 * step:g} ms"
+    step, heals = solver.timestep, base.world.sleeve.contact_time
     usual = f"edges {1e3 * edge:g} mm, {1e3 * step:g} ms, {solver.solver}, {solver.tolerance:.0e}"
     cg = {"solver": "CG", "iterations": 500}
 
@@ -61,20 +59,22 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         )
         return Setting(name, what, replace(base, world=world))
 
+    def stepped(name: str, what: str, factor: float, tolerance: float, edge: float) -> Setting:
+        told = f"{what}{1e3 * factor * step:g} ms"
+        faster = {"timestep": factor * step, "tolerance": tolerance}
+        return change(name, told, faster, contact_time=factor * heals, edge=edge)
+
+    tolerance = solver.tolerance
     return (
         change(DEFAULT, usual, {}),
-        change(
-            FINEST,
-            f"edges 24 mm, {half_told}, tolerance 1e-12",
-            half | {"tolerance": 1e-12},
-            edge=0.024,
-        ),
-        change("finer mesh", "edges 29 mm", {}, edge=0.029),
-        change("fine mesh", "edges 34 mm", {}, edge=0.034),
-        change("coarse mesh", "edges 48 mm", {}, edge=0.048),
-        change("half step", half_told, half),
-        change("double step", double_told, double),
-        change("coarse mesh and double step", f"edges 48 mm, {double_told}", double, edge=0.048),
+        stepped(FINEST, "edges 20 mm, tolerance 1e-12, ", 0.5, 1e-12, 0.020),
+        change("finer mesh", "edges 24 mm", {}, edge=0.024),
+        change("fine mesh", "edges 28 mm", {}, edge=0.028),
+        change("coarse mesh", "edges 40 mm", {}, edge=0.040),
+        stepped("half step", "", 0.5, tolerance, edge),
+        stepped("double step", "", 2.0, tolerance, edge),
+        stepped("fourfold step", "", 4.0, tolerance, edge),
+        stepped("coarse mesh and double step", "edges 40 mm, ", 2.0, tolerance, 0.040),
         change("tolerance 1e-7", "of the solver", {"tolerance": 1e-7}),
         change("tolerance 1e-8", "of the solver", {"tolerance": 1e-8}),
         change(CONVERGED, "of the solver", {"tolerance": 1e-12}),
@@ -82,8 +82,10 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         change("3 iterations", "at most", {"iterations": 3}),
         change("CG", "conjugate gradients, 500 iterations", cg),
         change("CG with 10 iterations", "at most", cg | {"iterations": 10}),
-        change("soft contact", "impedance 0.975", {}, contact_impedance=0.975),
-        change("hard contact", "impedance 0.995", {}, contact_impedance=0.995),
+        change("thin layer", "contacts harden over 3 mm", {}, contact_depth=0.003),
+        change("thick layer", "contacts harden over 5 mm", {}, contact_depth=0.005),
+        change("soft friction", "impratio 10", {"impratio": 10.0}),
+        change("bending", "of the cloth", {}, bending=True),
     )
 
 
