@@ -31,7 +31,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
         *("--protocol", "--suite", "--policies", "--variation", "--seed", "--out"),
         *("--garment", "--person"),
     ),
-    "validate": ("--suite", "--postures", "--only", "--seed", "--out"),
+    "validate": ("--suite", "--postures", "--settings", "--seed", "--out"),
     "thresholds": ("--suite", "--policies", "--seed", "--out"),
     "tune": ("--seed", "--workers"),
     "dress": (

@@ -14,7 +14,7 @@ from dressing_sim.episode.demonstration import save_demonstrations
 STUDIES = {
     "evaluate": "evaluate --suite two.json --policies expert --no-pictures",
     "thresholds": "thresholds --suite two.json --policies expert",
-    "validate": "validate --suite two.json --postures 1 --only CG",
+    "validate": "validate --suite two.json --postures 1 --settings CG",
 }
 PLANAR = "planar --runs 1 --max-iterations 1 --method noise"
 OWN = ("config.json", "episodes.jsonl", "summary.json", "report.md", "report.html")

@@ -28,7 +28,7 @@ COMMANDS = {
     "gif": (f"{FILM}.gif", "film.gif"),
     "evaluate": ("evaluate --suite two.json --policies expert --out disk/out", None),
     "thresholds": ("thresholds --suite two.json --policies expert --out disk/out", None),
-    "validate": ("validate --suite two.json --postures 1 --only CG --out disk/out", None),
+    "validate": ("validate --suite two.json --postures 1 --settings CG --out disk/out", None),
 }
 FULL = ("File too large", "No space left on device")
 

@@ -23,7 +23,8 @@ NOTE = (
     "The same joint commands are played in both worlds. Undecided, and counted apart: the verdict "
     "in the reference changes on the default's mesh, or a success is nearer to a threshold than "
     "the reference's own error (Richardson's estimate from both meshes). p: McNemar's, of as many "
-    "verdicts that differ in one direction as in the other. Cost: CPU time, the default's by the reference's."
+    "verdicts that differ in one direction as in the other. Cost: CPU "
+    "time, the default's by the reference's."
 )
 
 #: What stands of each row.
