@@ -72,6 +72,12 @@ class WorldConfig:
         check_kinds(self, "world")
         if not 0.0 <= self.settle_time < np.inf:
             raise InvalidInputError(f"world: settle_time is {self.settle_time} s, valid is >= 0")
+        step, heals = self.solver.timestep, self.sleeve.contact_time
+        if heals < 2.0 * step:
+            raise InvalidInputError(
+                f"sleeve: contact_time is {heals} s, valid is at least twice the solver's "
+                f"timestep, {2.0 * step:g} s"
+            )
         if not self.grip_strength > 0.0:
             raise InvalidInputError(f"world: grip_strength is {self.grip_strength} N, valid is > 0")
 

@@ -30,6 +30,10 @@ _LEAST_IMPEDANCE = 0.0001
 #: what holds the load is the layer's last tenth of a millimetre, which a step jumps over.
 _MIDPOINT, _POWER = 0.5, 4.0
 
+#: Longer edges leave cloth far inside of an elbow, and a contact that heals more slowly lets it
+#: through [m], [s].
+LONGEST_EDGE, LONGEST_CONTACT_TIME = 0.06, 0.05
+
 #: A sleeve of more vertices around, or along, would take hours to simulate.
 MOST_VERTICES = 400
 
@@ -94,6 +98,11 @@ class SleeveConfig:
                 f"a sleeve of {self.vertices_around} x {self.vertices_along} vertices is too "
                 "coarse, valid is 6 or more around and 3 or more along: choose a shorter edge"
             )
+        for name, most in (("edge", LONGEST_EDGE), ("contact_time", LONGEST_CONTACT_TIME)):
+            if getattr(self, name) > most:
+                raise InvalidInputError(
+                    f"sleeve: {name} is {getattr(self, name)}, valid is up to {most:g}"
+                )
 
     @property
     def vertices_around(self) -> int:

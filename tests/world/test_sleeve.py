@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.garment import GARMENTS, Garment
+from dressing_sim.world.scene import SolverConfig, WorldConfig
 from dressing_sim.world.sleeve import FLEX, SleeveConfig, add_sleeve, sleeve_mesh, vertex_body
 
 CENTRE = np.array([0.3, -0.1, 0.4])
@@ -308,6 +309,26 @@ def test_an_impedance_outside_0_to_1_is_an_error_that_names_it(name, value):
 def test_a_grasp_offset_that_is_not_three_lengths_is_an_error(value):
     with pytest.raises(InvalidInputError, match=r"grasp_offset has .* valid is \(3,\) of finite"):
         SleeveConfig(grasp_offset=value)
+
+
+@pytest.mark.parametrize(
+    ("change", "most"),
+    [
+        ({"edge": 0.07, "garment": Garment(armscye_circumference=0.9, length=0.8)}, "0.06"),
+        ({"contact_time": 1.0}, "0.05"),
+    ],
+)
+def test_what_lets_cloth_through_the_arm_is_an_error_that_says_how_much_is_valid(change, most):
+    name = next(iter(change))
+    with pytest.raises(InvalidInputError, match=rf"sleeve: {name} is .*, valid is up to {most}"):
+        SleeveConfig(**change)
+
+
+def test_a_contact_heals_in_two_steps_or_more():
+    """MuJoCo would silently take two steps instead."""
+    WorldConfig(SleeveConfig(contact_time=0.01), solver=SolverConfig(timestep=0.005))
+    with pytest.raises(InvalidInputError, match=r"contact_time is 0.01 s, valid is at least twice"):
+        WorldConfig(SleeveConfig(contact_time=0.01), solver=SolverConfig(timestep=0.006))
 
 
 @pytest.mark.parametrize("change", [{"edge": 0.1}, {"garment": Garment(length=0.03)}])
