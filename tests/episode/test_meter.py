@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from dressing_sim.episode.meter import Meter
-from dressing_sim.world.contacts import Touch
+from dressing_sim.world.contacts import ClothForces, Touch
 from dressing_sim.world.dressed import ArmAxis
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.strain import StrainGauge
+
+LOAD = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))
+UNTOUCHED, TOUCHED = ClothForces(*LOAD, others=0), ClothForces(*LOAD, depth=0.002, others=2)
 
 
 def test_a_row_is_what_the_instruments_read(world):
@@ -104,7 +107,7 @@ def test_the_hardest_touch_since_the_last_row_counts(world, monkeypatch):
     meter = Meter(world, dt=0.02, strain_percentile=95.0)
     told = iter([[], [Touch(3, 1, 5.0), Touch(4, 1, 7.0), Touch(3, 2, 0.0)], [Touch(2, 1, 1.0)]])
     rest = dict.fromkeys(("arm_configuration", "arm_velocity", "arm_torque"), np.zeros(7))
-    fake = SimpleNamespace(touches=lambda: next(told), **rest)
+    fake = SimpleNamespace(touches=lambda: next(told), cloth_load=TOUCHED, **rest)
     for _ in range(3):
         with monkeypatch.context() as patch:
             patch.setattr(meter, "_world", fake)
