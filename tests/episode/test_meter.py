@@ -91,7 +91,7 @@ def test_the_nearest_to_a_limit_since_the_last_row_counts(world, monkeypatch):
         (middle, 0.1 * limits.velocity, 0.6 * limits.effort * third),
     ):
         fake = SimpleNamespace(
-            arm_configuration=q, arm_velocity=v, arm_torque=t, touches=lambda: ()
+            arm_configuration=q, arm_velocity=v, arm_torque=t, cloth_load=UNTOUCHED
         )
         with monkeypatch.context() as patch:
             patch.setattr(meter, "_world", fake)
