@@ -305,7 +305,8 @@ def test_an_episode_can_be_judged_again_by_other_rules(straight):
     shoulder = Posture("bent", 66, 30, 48, 65, size="male").shoulder
     again = judge(whole.trace, shoulder, whole.finished, lax)
     assert whole.finished
-    assert again.metrics["duration"] == pytest.approx(len(whole.trace) * whole.trace.dt)
+    # By other rules the robot would not have stopped so early; in the end the cloth slips away.
+    assert again.metrics["duration"] > whole.outcome.metrics["duration"] + 0.5
     assert not {"over_force", "over_strain"} & set(again.reasons)
 
 
