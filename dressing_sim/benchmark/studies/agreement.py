@@ -55,29 +55,35 @@ REQUIRED_AGREEMENT = 0.95
 #: Rules whose margins hang on the cloth; the others' hang on the robot, which moves alike.
 CLOTH_RULES = tuple(rule for rule in RULES if rule.name in ("stuck", "over_strain", "over_force"))
 
-#: The reference's mesh by the default's: edges of 24 mm instead of 32 mm.
-FINER = 0.75
+#: Edges of the reference's mesh, and of a coarser one, by the default's.
+FINE, COARSE = 0.75, 0.875
 
-#: Richardson's estimate of what is left of an error that falls with the square of the edges, of a
-#: fine mesh, by how much a coarser one differs from it (Roache 1998).
-LEFT = FINER**2 / (1.0 - FINER**2)
+#: Richardson's estimates of what is left of the reference's error, by how much a coarser world
+#: differs from it (Roache 1998): the error falls with the square of the edges, and with the step.
+LEFT_OF_MESH = 1.0 / ((COARSE / FINE) ** 2 - 1.0)
+LEFT_OF_STEP = 1.0
 
 #: What an episode carries beyond its outcome.
 REFERENCE, DECIDED, SECONDS = "reference", "decided", "seconds"
 
 
-def reference(config: EpisodeConfig, finer: float = FINER) -> EpisodeConfig:
-    """The same with a finer mesh, half the physics step and a solver that has converged.
+def reference(config: EpisodeConfig, edge: float = FINE, step: float = 1.0) -> EpisodeConfig:
+    """The same with a finer mesh, another physics step, and a solver that has converged.
 
-    A contact heals in as many steps, so that its lift by friction is halved too.
+    A contact heals in as many steps, so its lift by friction goes with the step.
+
+    Args:
+        config: The default world's.
+        edge: Length of the mesh's edges, by the default's.
+        step: The physics step, by the default's.
     """
     world = config.world
     sleeve = replace(
         world.sleeve,
-        edge=finer * world.sleeve.edge,
-        contact_time=0.5 * world.sleeve.contact_time,
+        edge=edge * world.sleeve.edge,
+        contact_time=step * world.sleeve.contact_time,
     )
-    solver = replace(world.solver, timestep=0.5 * world.solver.timestep, tolerance=1e-12)
+    solver = replace(world.solver, timestep=step * world.solver.timestep, tolerance=1e-12)
     return replace(config, world=replace(world, sleeve=sleeve, solver=solver))
 
 
@@ -103,54 +109,68 @@ def first_postures(suite: str, postures: int | None) -> tuple[Posture, ...]:
     return tuple(arms[: few if postures is None else postures])
 
 
-def dress_thrice(
+def dress_again(
     source: Policy, job: Job, config: EpisodeConfig, observer: Observer | None = None
 ) -> EpisodeResult:
     """Run one episode in the default world, and its commands in the reference.
 
-    And, to tell how far the reference can be trusted, with the reference's step on the default's
-    mesh.
+    And, to tell how far the reference can be trusted, on a coarser mesh and with a longer step.
     """
     posture, varied, drawn = job.situation(config)
     begun = time.process_time()
-    recording = fine = coarse = record_answer(source, posture, job.seed, varied, observer)
-    seconds = [time.process_time() - begun]
+    recording = fine = record_answer(source, posture, job.seed, varied, observer)
+    seconds, sure = [time.process_time() - begun], True
     if recording.trajectory is not None:
         begun = time.process_time()
         fine = play(Dressing(posture, reference(varied)), recording.trajectory)
         seconds.append(time.process_time() - begun)
-        coarse = play(Dressing(posture, reference(varied, finer=1.0)), recording.trajectory)
+        worlds = reference(varied, edge=COARSE), reference(varied, step=2.0)
+        coarser = [play(Dressing(posture, world), recording.trajectory) for world in worlds]
+        sure = decided(fine, *coarser, varied.thresholds)
     extra: dict[str, Json] = {
         REFERENCE: fine.outcome.to_dict(),
-        DECIDED: decided(fine, coarse, varied.thresholds),
+        DECIDED: sure,
         SECONDS: seconds,
     }
     return job_result(job, posture, drawn, recording.outcome, extra)
 
 
-def decided(fine: Recording, coarse: Recording, thresholds: Thresholds) -> bool:
+def decided(fine: Recording, coarse: Recording, longer: Recording, thresholds: Thresholds) -> bool:
     """Whether the reference's verdict is beyond its own error.
 
-    It is not if a coarser mesh gives another verdict, nor if a success is nearer to one of the
-    cloth's thresholds than Richardson's estimate of the reference's error. (The margin of a failure
-    is cut off by the protective stop, so it tells nothing.)
+    It is not if a coarser mesh or a longer step gives another verdict, nor if a success is nearer
+    to one of the cloth's thresholds than Richardson's estimates of both errors together. (The
+    margin of a failure is cut off by the protective stop, so it tells nothing.)
+
+    Args:
+        fine: Of the reference.
+        coarse: On a coarser mesh.
+        longer: With twice the step.
+        thresholds: Of success.
     """
-    if fine.outcome.success != coarse.outcome.success:
+    if len({one.outcome.success for one in (fine, coarse, longer)}) > 1:
         return False
-    if not fine.outcome.success or fine.trace is None or coarse.trace is None:
+    if not fine.outcome.success:
         return True
-    one, other = (
-        margins(Evidence(trace, np.zeros(3), thresholds=thresholds), CLOTH_RULES)
-        for trace in (fine.trace, coarse.trace)
+    margin, of_mesh, of_step = (_margins(one, thresholds) for one in (fine, coarse, longer))
+    return all(
+        margin[name]
+        >= LEFT_OF_MESH * abs(margin[name] - of_mesh[name])
+        + LEFT_OF_STEP * abs(margin[name] - of_step[name])
+        for name in margin
     )
-    return all(one[name] >= LEFT * abs(one[name] - other[name]) for name in one)
+
+
+def _margins(recording: Recording, thresholds: Thresholds) -> dict[str, float]:
+    assert recording.trace is not None  # of a success
+    return margins(Evidence(recording.trace, np.zeros(3), thresholds=thresholds), CLOTH_RULES)
 
 
 @dataclass(frozen=True)
 class Agreement(EpisodeStudy):
     """How often the default world and the reference give the same verdict."""
 
-    work: Work = field(default_factory=lambda: Work(dress=dress_thrice))
+    work: Work = field(default_factory=lambda: Work(dress=dress_again))
 
     def summarise(self, folder: RunFolder, results: Sequence[EpisodeResult]) -> dict[str, Any]:
         """The share of equal verdicts, and which differ."""

@@ -21,10 +21,10 @@ from dressing_sim.episode.thresholds import Thresholds
 
 NOTE = (
     "The same joint commands are played in both worlds. Undecided, and counted apart: the verdict "
-    "in the reference changes on the default's mesh, or a success is nearer to a threshold than "
-    "the reference's own error (Richardson's estimate from both meshes). p: McNemar's, of as many "
-    "verdicts that differ in one direction as in the other. Cost: CPU "
-    "time, the default's by the reference's."
+    "in the reference changes on a coarser mesh or with twice the step, or a success is nearer to "
+    "a threshold than the reference's own error (Richardson's estimates from these). p: McNemar's, "
+    "of as many verdicts that differ in one direction as in the other. Cost: CPU time, the "
+    "default's by the reference's."
 )
 
 #: What stands of each row.

@@ -1,7 +1,5 @@
 """The study that compares policies' verdicts with a finer simulation's."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from rule_traces import RULES, good
@@ -9,14 +7,17 @@ from rule_traces import RULES, good
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, EpisodeResult
 from dressing_sim.benchmark.studies.agreement import (
+    COARSE,
     DECIDED,
-    LEFT,
+    FINE,
+    LEFT_OF_MESH,
+    LEFT_OF_STEP,
     REFERENCE,
     SECONDS,
     agreement_plan,
     compared,
     decided,
-    dress_thrice,
+    dress_again,
     reference,
 )
 from dressing_sim.episode.config import EpisodeConfig
@@ -36,36 +37,42 @@ def pulled(newtons):
     return recording(grip_force=np.full(len(good()), RULES.grip_force - newtons))
 
 
-def test_the_reference_refines_mesh_step_and_contact_together():
+def test_the_reference_refines_the_mesh_and_its_errors_are_told_by_mesh_and_step():
     default = EpisodeConfig()
-    fine, coarse = reference(default).world, reference(default, finer=1.0).world
-    assert fine.sleeve.edge == 0.75 * coarse.sleeve.edge == 0.75 * default.world.sleeve.edge
-    for world in (fine, coarse):
-        assert world.solver.timestep == 0.5 * default.world.solver.timestep
+    fine, longer = reference(default).world, reference(default, step=2.0).world
+    coarse = reference(default, edge=COARSE).world
+    assert fine.sleeve.edge == longer.sleeve.edge == FINE * default.world.sleeve.edge
+    assert fine.sleeve.edge < coarse.sleeve.edge < default.world.sleeve.edge
+    assert fine.solver == coarse.solver
+    assert longer.solver.timestep == 2.0 * fine.solver.timestep == 2.0 * coarse.solver.timestep
+    for world in (fine, coarse, longer):
         assert world.sleeve.contact_time == 2.0 * world.solver.timestep
-    assert replace(fine, sleeve=coarse.sleeve) == coarse
 
 
-def test_a_verdict_that_the_mesh_turns_is_undecided():
-    assert not decided(recording(), recording(CAUGHT), RULES)
-    assert not decided(recording(CAUGHT), recording(), RULES)
-    assert decided(recording(CAUGHT), recording(CAUGHT), RULES)
-    assert decided(recording(), recording(), RULES)
+def test_a_verdict_that_mesh_or_step_turns_is_undecided():
+    assert not decided(recording(), recording(CAUGHT), recording(), RULES)
+    assert not decided(recording(), recording(), recording(CAUGHT), RULES)
+    assert not decided(recording(CAUGHT), recording(), recording(CAUGHT), RULES)
+    assert decided(recording(CAUGHT), recording(CAUGHT), recording(CAUGHT), RULES)
+    assert decided(recording(), recording(), recording(), RULES)
 
 
-def test_a_success_is_decided_beyond_richardsons_estimate():
-    """An error c h^2 of 1.2 N on the fine mesh makes the coarse one differ by 1.2 N / LEFT."""
-    for error in (0.3, 1.2):
-        coarse = pulled(2.0 - error / LEFT)
-        assert decided(pulled(2.0), coarse, RULES)
-        assert not decided(pulled(0.9 * error), pulled(0.9 * error - error / LEFT), RULES)
-        assert decided(pulled(1.1 * error), pulled(1.1 * error - error / LEFT), RULES)
+def test_a_success_is_decided_beyond_richardsons_estimates():
+    """Errors of the mesh and of the step, in newtons, make the coarser worlds differ so much."""
+    for of_mesh, of_step in ((0.3, 0.0), (1.2, 0.0), (0.0, 0.7), (0.4, 0.5)):
+        for share, expected in ((0.9, False), (1.1, True)):
+            margin = share * (of_mesh + of_step)
+            coarse = pulled(margin - of_mesh / LEFT_OF_MESH)
+            longer = pulled(margin - of_step / LEFT_OF_STEP)
+            # A margin below zero would be another verdict, which these are made not to be.
+            assert decided(pulled(margin), coarse, longer, RULES) is expected
 
 
-def test_the_estimate_is_richardsons():
-    """Of values v + c h^2 on both meshes it is the fine one's error."""
-    coarse, fine = 0.032**2, (0.75 * 0.032) ** 2
-    assert pytest.approx(7.0 * fine) == LEFT * 7.0 * (coarse - fine)
+def test_the_estimates_are_richardsons():
+    """Of values v + c h^2 and v + c dt in both worlds they are the reference's errors."""
+    fine, coarse = FINE**2, COARSE**2
+    assert pytest.approx(7.0 * fine) == LEFT_OF_MESH * 7.0 * (coarse - fine)
+    assert LEFT_OF_STEP * 7.0 * (2.0 - 1.0) == 7.0
 
 
 def result(here, there, sure=True, index=0):
@@ -110,7 +117,7 @@ class StayingBrief:
 def test_the_same_commands_are_played_in_all_worlds():
     plan = agreement_plan(postures=1)
     job = plan.jobs[0]
-    done = dress_thrice(StayingBrief(), job, plan.config)
+    done = dress_again(StayingBrief(), job, plan.config)
     assert not done.outcome.success
     assert done.extra[DECIDED]
     assert len(done.extra[SECONDS]) == 2
