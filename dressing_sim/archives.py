@@ -7,7 +7,8 @@ import struct
 import tomllib
 import zipfile
 import zlib
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from typing import IO, Any, Final
@@ -44,6 +45,34 @@ def check_size(path: str | Path, most: int = MOST_BYTES) -> None:
         raise unreadable(path, error) from error
     if size > most:
         raise InvalidInputError(f"{path}: {size} bytes, valid is at most {most}")
+
+
+def check_folder_size(path: str | Path, most: int = MOST_BYTES) -> None:
+    """Raise InvalidInputError if the files in a folder are together too large [bytes]."""
+    size = sum(file.stat().st_size for file in Path(path).rglob("*") if file.is_file())
+    if size > most:
+        raise InvalidInputError(f"{path}: {size} bytes, valid is at most {most}")
+
+
+@contextmanager
+def read_by_others(path: str | Path, kind: str) -> Iterator[None]:
+    """Whatever a library raises of a file or folder that it reads becomes one line.
+
+    Args:
+        path: What is read.
+        kind: What it should be.
+
+    Raises:
+        InvalidInputError: Anything was raised in the block.
+    """
+    try:
+        yield
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{path}: {error}") from error
+    # Other people's libraries, and those beneath them, raise all kinds of errors.
+    except Exception as error:
+        reason = one_line(str(error)) or type(error).__name__
+        raise InvalidInputError(f"{path}: no {kind}, or damaged ({reason})") from error
 
 
 def unreadable(path: str | Path, error: Exception) -> InvalidInputError:
@@ -142,15 +171,7 @@ def read_json(path: str | Path, most: int = MOST_JSON_BYTES) -> Any:
     Raises:
         InvalidInputError: It cannot be read, is too large, or is not JSON.
     """
-    check_size(path, most)
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise unreadable(path, error) from error
-    except RecursionError as error:
-        raise InvalidInputError(f"{path}: not JSON that is meant (nested too deeply)") from error
-    except ValueError as error:
-        raise InvalidInputError(f"{path}: not JSON ({one_line(str(error))})") from error
+    return _parsed(path, most, "JSON", json.loads)
 
 
 def read_toml(path: str | Path, most: int = MOST_TOML_BYTES) -> dict[str, Any]:
@@ -159,15 +180,20 @@ def read_toml(path: str | Path, most: int = MOST_TOML_BYTES) -> dict[str, Any]:
     Raises:
         InvalidInputError: It cannot be read, is too large, or is not TOML.
     """
+    values: dict[str, Any] = _parsed(path, most, "TOML", tomllib.loads)
+    return values
+
+
+def _parsed(path: str | Path, most: int, kind: str, parse: Callable[[str], Any]) -> Any:
     check_size(path, most)
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return parse(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise unreadable(path, error) from error
     except RecursionError as error:
-        raise InvalidInputError(f"{path}: not TOML that is meant (nested too deeply)") from error
+        raise InvalidInputError(f"{path}: not {kind} that is meant (nested too deeply)") from error
     except ValueError as error:
-        raise InvalidInputError(f"{path}: not TOML ({one_line(str(error))})") from error
+        raise InvalidInputError(f"{path}: not {kind} ({one_line(str(error))})") from error
 
 
 def to_json(values: Any, name: str, **options: Any) -> str:

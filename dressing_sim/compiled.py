@@ -128,11 +128,14 @@ def _warn(message: str) -> None:
 
 _told = threading.Event()
 
+#: Compiling that takes longer says so [s].
+PATIENCE = 1.0
+
 
 @cache
 def _say_that_it_compiles() -> None:
-    """What is going on, should it take more than a second."""
+    """What is going on, should it take longer than `PATIENCE`."""
     told = "compiling loops, once; this can take half a minute"
-    timer = threading.Timer(1.0, _LOG.warning, (told,))
+    timer = threading.Timer(PATIENCE, _LOG.warning, (told,))
     timer.daemon = True
     timer.start()

@@ -100,6 +100,7 @@ def _recordings(folder: Path, demonstration: Demonstration) -> None:
     posture, rows = demonstration.posture, demonstration.positions[::5]
     arrays = {"time_s": 0.1 * np.arange(len(rows)), "gripper_m": rows}
     arrays |= {f"{one}_m": getattr(posture, one) for one in ("shoulder", "elbow", "wrist")}
+    # numpy's types take any keyword for its own `allow_pickle`.
     np.savez(folder / "lab.npz", **arrays)  # type: ignore[arg-type]
     names, parts = ["time_s"], [arrays["time_s"][:, None]]
     for name in ("gripper", "shoulder", "elbow", "wrist"):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dressing_sim.archives import MOST_BYTES, read_json
+from dressing_sim.archives import check_folder_size, read_by_others, read_json
 from dressing_sim.datasets.columns import (
     OBSERVED,
     OPTIONAL,
@@ -19,11 +19,11 @@ from dressing_sim.datasets.columns import (
     description,
     observations,
 )
-from dressing_sim.datasets.extras import needed
 from dressing_sim.datasets.minari_sets import same_observations
 from dressing_sim.datasets.prepare import ImportConfig
 from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.extras import needed
 from dressing_sim.files import new_folder
 
 #: Files of a data set's folder: LeRobot's own description of it, and ours of each episode.
@@ -104,11 +104,10 @@ def read_lerobot(path: str | Path, config: ImportConfig) -> list[Demonstration]:
             installed.
     """
     path = Path(path)
-    if sum(file.stat().st_size for file in path.rglob("*") if file.is_file()) > MOST_BYTES:
-        raise InvalidInputError(f"{path}: larger than {MOST_BYTES} bytes")
+    check_folder_size(path)
     texts = read_json(path / DESCRIPTIONS) if (path / DESCRIPTIONS).is_file() else None
     module = needed("lerobot.datasets.lerobot_dataset", "lerobot")
-    try:
+    with read_by_others(path, "LeRobotDataset"):
         data = module.LeRobotDataset(f"dressing-sim/{path.name}", root=path)
         # As it is on the disk: other forms are rounded to single precision.
         table = data.hf_dataset.with_format("arrow")[:]
@@ -122,12 +121,6 @@ def read_lerobot(path: str | Path, config: ImportConfig) -> list[Demonstration]:
             text = None if texts is None else texts[number]
             made.append(demonstration_from(columns, text, f"episode_{number}", config))
         return made
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error}") from error
-    # What lerobot, datasets and pyarrow raise for a data set that is damaged or of another kind.
-    except Exception as error:
-        reason = one_line(str(error)) or type(error).__name__
-        raise InvalidInputError(f"{path}: no LeRobotDataset, or damaged ({reason})") from error
 
 
 def _columns(features: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

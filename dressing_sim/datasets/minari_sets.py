@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dressing_sim.archives import MOST_BYTES
+from dressing_sim.archives import check_folder_size, read_by_others
 from dressing_sim.checks import shown
 from dressing_sim.datasets.columns import (
     Written,
@@ -17,11 +17,11 @@ from dressing_sim.datasets.columns import (
     description,
     observations,
 )
-from dressing_sim.datasets.extras import needed
 from dressing_sim.datasets.prepare import ImportConfig
 from dressing_sim.datasets.robomimic_files import DESCRIPTION
 from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.extras import needed
 from dressing_sim.files import new_folder
 
 #: Within its folder, where a data set's files are.
@@ -106,9 +106,8 @@ def read_minari(path: str | Path, config: ImportConfig) -> list[Demonstration]:
     """
     module = needed("minari.dataset.minari_dataset", "minari")
     path = Path(path)
-    if sum(file.stat().st_size for file in path.rglob("*") if file.is_file()) > MOST_BYTES:
-        raise InvalidInputError(f"{path}: larger than {MOST_BYTES} bytes")
-    try:
+    check_folder_size(path)
+    with read_by_others(path, "data set of Minari's"):
         data = module.MinariDataset(path / DATA)
         texts = [
             metadata.get(DESCRIPTION)
@@ -118,11 +117,3 @@ def read_minari(path: str | Path, config: ImportConfig) -> list[Demonstration]:
             demonstration_from(episode.observations, text, f"episode_{episode.id}", config)
             for episode, text in zip(data, texts, strict=True)
         ]
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error}") from error
-    # What minari, gymnasium and h5py raise for a data set that is damaged or of another kind.
-    except Exception as error:
-        reason = one_line(str(error)) or type(error).__name__
-        raise InvalidInputError(
-            f"{path}: no data set of Minari's, or damaged ({reason})"
-        ) from error

@@ -23,6 +23,7 @@ from dressing_sim.config import to_plain
 from dressing_sim.datasets.recording import LabRecording
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.registration import at_times
 
 Array = NDArray[np.float64]
 
@@ -205,18 +206,15 @@ def _resampled(recording: LabRecording, config: ImportConfig) -> LabRecording:
         )
     wanted = np.minimum(times[0] + config.dt * np.arange(count), times[-1])
 
-    def at(values: Array) -> Array:
-        return np.column_stack([np.interp(wanted, times, column) for column in values.T])
-
-    quaternion = recording.quaternion
+    quaternion, force = recording.quaternion, recording.force
     if quaternion is not None:
         quaternion = Slerp(times, Rotation.from_quat(quaternion))(wanted).as_quat()
     return replace(
         recording,
         times=np.arange(count) * np.float64(config.dt),
-        gripper=at(recording.gripper),
+        gripper=at_times(recording.gripper, times, wanted),
         quaternion=quaternion,
-        force=None if recording.force is None else at(recording.force),
+        force=None if force is None else at_times(force, times, wanted),
     )
 
 

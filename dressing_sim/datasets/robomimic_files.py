@@ -10,7 +10,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from dressing_sim.archives import check_size
 from dressing_sim.datasets.columns import (
     OBSERVED,
     OPTIONAL,
@@ -22,8 +21,8 @@ from dressing_sim.datasets.columns import (
 )
 from dressing_sim.datasets.prepare import ImportConfig
 from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.episode.hdf5 import array_of, inside, why_closed
-from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.episode.hdf5 import array_of, inside, opened
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import write_file
 
 #: robomimic's number for environments of gym's interface.
@@ -74,22 +73,13 @@ def read_robomimic(path: str | Path, config: ImportConfig) -> list[Demonstration
     Raises:
         InvalidInputError: It cannot be read, is damaged, or has other observations.
     """
-    check_size(path)
-    try:
-        with h5py.File(path, "r") as file:
-            data = inside(file, "data", h5py.Group)
-            names = [name for name in data if re.fullmatch(r"demo_\d{1,7}", name, re.ASCII)]
-            if not names:
-                raise InvalidInputError("no data/demo_0; valid is a file of robomimic's")
-            ordered = sorted(names, key=lambda name: int(name.removeprefix("demo_")))
-            return [_read(inside(data, name, h5py.Group), name, config) for name in ordered]
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error}") from error
-    except OSError as error:
-        raise InvalidInputError(f"{path}: {why_closed(path, error)}") from error
-    # What h5py, numpy and json raise for a file that is damaged or made by something else.
-    except Exception as error:
-        raise InvalidInputError(f"{path}: damaged ({one_line(str(error))})") from error
+    with opened(path) as file:
+        data = inside(file, "data", h5py.Group)
+        names = [name for name in data if re.fullmatch(r"demo_\d{1,7}", name, re.ASCII)]
+        if not names:
+            raise InvalidInputError("no data/demo_0; valid is a file of robomimic's")
+        ordered = sorted(names, key=lambda name: int(name.removeprefix("demo_")))
+        return [_read(inside(data, name, h5py.Group), name, config) for name in ordered]
 
 
 def _read(group: h5py.Group, name: str, config: ImportConfig) -> Demonstration:

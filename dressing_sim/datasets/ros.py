@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.archives import MOST_BYTES
+from dressing_sim.archives import check_folder_size, read_by_others
 from dressing_sim.checks import shown
-from dressing_sim.datasets.extras import needed
 from dressing_sim.datasets.recording import LabRecording, of_columns
 from dressing_sim.datasets.topics import Topics
-from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.extras import needed
+from dressing_sim.learning.registration import at_times
 
 #: Messages that are read, and how their numbers are found.
 POSE, POINT, WRENCH = (f"geometry_msgs/msg/{name}Stamped" for name in ("Pose", "Point", "Wrench"))
@@ -38,21 +39,13 @@ def read_bag(path: str | Path, topics: Topics | None = None) -> LabRecording:
     highlevel = needed("rosbags.highlevel", "ros")
     typesys = needed("rosbags.typesys", "ros")
     path, topics = Path(path), topics or Topics()
-    size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
-    if size > MOST_BYTES:
-        raise InvalidInputError(f"{path}: {size} bytes, valid is at most {MOST_BYTES}")
+    check_folder_size(path)
     wanted = {topic: name for name, topic in _by_name(topics).items()}
-    try:
+    with read_by_others(path, "ROS 2 bag"):
         store = typesys.get_typestore(typesys.Stores.LATEST)
         with highlevel.AnyReader([path], default_typestore=store) as bag:
             rows = _read(bag, wanted)
         return of_columns(path.name, _columns(rows))
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error}") from error
-    # What rosbags, sqlite, yaml and decompressors raise for a bag that is damaged.
-    except Exception as error:
-        reason = one_line(str(error)) or type(error).__name__
-        raise InvalidInputError(f"{path}: no ROS 2 bag, or damaged ({reason})") from error
 
 
 def _by_name(topics: Topics) -> dict[str, str]:
@@ -114,8 +107,7 @@ def _columns(rows: Mapping[str, _Rows]) -> dict[str, NDArray[np.float64]]:
         at = (rows["force"][0] - stamps[0]) * 1e-9
         if np.any(np.diff(at) <= 0.0):
             raise InvalidInputError("the force's times do not rise, valid are rising times")
-        forces = [np.interp(times, at, column) for column in rows["force"][1].T]
-        columns["force"] = np.column_stack(forces)
+        columns["force"] = at_times(rows["force"][1], at, times)
     for name in ("shoulder", "elbow", "wrist"):
         if name in rows:
             numbers = rows[name][1]

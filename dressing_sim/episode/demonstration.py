@@ -15,12 +15,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.archives import check_size
 from dressing_sim.arm import Posture
 from dressing_sim.checks import listed, of_kind, real_array, real_number, shown, whole_number
-from dressing_sim.episode.hdf5 import array_of, attribute, described, inside, plain_text, why_closed
+from dressing_sim.episode.hdf5 import array_of, attribute, described, inside, opened, plain_text
 from dressing_sim.episode.outcome import Outcome
-from dressing_sim.errors import InvalidInputError, one_line
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import is_file, write_file
 from dressing_sim.learning.frame import Situation
 from dressing_sim.path import check_metres
@@ -171,17 +170,8 @@ def load_demonstrations(path: str | Path) -> list[Demonstration]:
         raise InvalidInputError(
             f"{shown(str(path), 200)[1:-1]}: no such file; valid is an HDF5 file of demonstrations"
         )
-    check_size(path)
-    try:
-        with h5py.File(path, "r") as file:
-            return _read_all(file)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{path}: {error}; {_VALID}") from error
-    except OSError as error:
-        raise InvalidInputError(f"{path}: {why_closed(path, error)}; {_VALID}") from error
-    # What h5py, numpy and json raise for a file that is damaged or made by something else.
-    except Exception as error:
-        raise InvalidInputError(f"{path}: damaged ({one_line(str(error))}); {_VALID}") from error
+    with opened(path, f"; {_VALID}") as file:
+        return _read_all(file)
 
 
 def _read_all(file: h5py.File) -> list[Demonstration]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.archives import MOST_BYTES
+from dressing_sim.archives import MOST_BYTES, check_size
 from dressing_sim.checks import real_array, shown
 from dressing_sim.errors import InvalidInputError, one_line
 
@@ -31,6 +33,30 @@ def why_closed(path: str | Path, error: OSError) -> str:
     if not h5py.is_hdf5(path):
         return "not HDF5"
     return f"damaged ({reason})"
+
+
+@contextmanager
+def opened(path: str | Path, valid: str = "") -> Iterator[h5py.File]:
+    """A file to be read; whatever is wrong with it or raised in the block becomes one line.
+
+    Args:
+        path: The file.
+        valid: What is, for the end of that line.
+
+    Raises:
+        InvalidInputError: It is too large, does not open, or something was raised.
+    """
+    check_size(path)
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{path}: {error}{valid}") from error
+    except OSError as error:
+        raise InvalidInputError(f"{path}: {why_closed(path, error)}{valid}") from error
+    # What h5py, numpy and json raise for a file that is damaged or made by something else.
+    except Exception as error:
+        raise InvalidInputError(f"{path}: damaged ({one_line(str(error))}){valid}") from error
 
 
 def inside(group: h5py.Group, name: str, kind: type) -> Any:

@@ -24,6 +24,7 @@ import numpy as np
 
 from dressing_sim.checks import real_array, real_number
 from dressing_sim.learning.frame import FloatArray
+from dressing_sim.learning.registration import path_length
 from dressing_sim.learning.transport import Transport
 
 
@@ -126,9 +127,5 @@ class CarriedDemonstrations:
         """
         durations = self.times[:, -1]
         shares = (self.times / durations[:, None]).mean(axis=0)
-        lengths = np.array([_length(path) for path in self.points])
-        return shares * _length(points) * float(np.exp(np.mean(np.log(durations / lengths))))
-
-
-def _length(path: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+        lengths = np.array([path_length(path) for path in self.points])
+        return shares * path_length(points) * float(np.exp(np.mean(np.log(durations / lengths))))

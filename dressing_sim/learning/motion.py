@@ -37,6 +37,12 @@ class Motion:
     deviations: FloatArray
 
 
+def minimum_jerk(phase: FloatArray) -> FloatArray:
+    """From 0 to 1 with rest at both ends (Flash and Hogan 1985), phases clipped to [0, 1]."""
+    x = np.clip(phase, 0.0, 1.0)
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
 def drawn_paths(
     regression: Regression,
     start: FloatArray,

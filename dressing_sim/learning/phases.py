@@ -33,6 +33,7 @@ from dressing_sim.learning.registration import (
     in_phase,
     landmarks_of,
     moving_part,
+    path_length,
 )
 from dressing_sim.learning.remarks import incomplete
 
@@ -109,7 +110,7 @@ class Clock:
                 f"{remark}; valid is a whole demonstration, or Alignment(least_share=0)"
             )
         paths = [by_phase(one, alignment.still, alignment.samples) for one in checked]
-        scale = _length(paths[0].points)
+        scale = path_length(paths[0].points)
         landmarks = [landmarks_of(one.frames, scale) for one in checked]
         aligned = in_phase(paths, landmarks, ALIKE * scale, MISSED, alignment.width)
         durations = np.array([one.times[-1] for one in aligned])
@@ -126,7 +127,7 @@ class Clock:
             InvalidInputError: demonstrations that cannot be learned from.
         """
         checked = check_demonstrations(demonstrations)
-        scale = _length(self.points)
+        scale = path_length(self.points)
         reference = Phased(self.points, self.times)
         still, rows = self.alignment.still, self.alignment.samples
         paths = [reference, *(by_phase(one, still, rows) for one in checked)]
@@ -177,7 +178,3 @@ def clock_from_state(
         return None
     names = ("clock_points", "clock_landmarks", "clock_times")
     return Clock(Alignment(**settings), *(arrays[name] for name in names))
-
-
-def _length(path: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

@@ -76,7 +76,7 @@ def moving_part(positions: FloatArray, dt: float, still: float) -> tuple[FloatAr
     if still == 0.0:
         return positions, times
     rows = moving(positions, still)
-    reach = still * float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+    reach = still * path_length(positions)
     first = _crossing(positions[rows.start : rows.start + 2], positions[0], reach)
     last = _crossing(positions[rows.stop - 2 : rows.stop][::-1], positions[-1], reach)
     begin = times[rows.start] + first * dt
@@ -95,6 +95,11 @@ def _crossing(step: FloatArray, centre: FloatArray, reach: float) -> float:
     if not (a > 0.0 and c < 0.0):
         return 0.0
     return float(np.clip((np.sqrt(b * b - a * c) - b) / a, 0.0, 1.0))
+
+
+def path_length(path: FloatArray) -> float:
+    """Length of a path (T, p), in the unit of the positions."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
 def at_times(positions: FloatArray, times: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -149,16 +154,21 @@ def by_phase(demonstration: DemonstrationLike, still: float, rows: int) -> Phase
 
 
 def landmarks_of(frames: Sequence[Frame], scale: float) -> FloatArray:
+    """The `corners` of frames, with axes as long as suits a path of a length, the scale: (K, p)."""
+    return corners(frames, _TIP * scale)
+
+
+def corners(frames: Sequence[Frame], reach: float) -> FloatArray:
     """Origins of frames and tips of their axes, whatever the scale of a frame's own: (K, p).
 
     Args:
         frames: P frames of dimension p; K = P (1 + p).
-        scale: Length of a path, in the unit of the positions.
+        reach: Length of the axes, in the unit of the positions.
     """
     bases, origins = stack_frames(frames)
     p = origins.shape[1]
     size = np.abs(np.linalg.det(bases)) ** (1.0 / p)
-    tips = _TIP * scale * (bases / size[:, None, None]).transpose(0, 2, 1)
+    tips = reach * (bases / size[:, None, None]).transpose(0, 2, 1)
     points = np.concatenate([origins[:, None], origins[:, None] + tips], axis=1)
     return points.reshape(-1, p)
 

@@ -27,6 +27,7 @@ from dressing_sim.learning.registration import (
     by_phase,
     landmarks_of,
     moving_part,
+    path_length,
 )
 from dressing_sim.learning.transport import Transport
 
@@ -120,7 +121,7 @@ def incomplete(
     if len(demonstrations) < 2 or least_share == 0.0:
         return []
     paths = [by_phase(one, still, _ROWS).points for one in demonstrations]
-    lengths = [float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) for path in paths]
+    lengths = [path_length(path) for path in paths]
     scale = float(np.mean(lengths))
     landmarks = [landmarks_of(one.frames, scale) for one in demonstrations]
     found: list[Remark] = []

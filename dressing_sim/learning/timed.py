@@ -23,11 +23,11 @@ from dressing_sim.learning.demonstrations import (
     check_demonstrations,
     duration,
 )
-from dressing_sim.learning.density import GaussianMixture, definite_factors
+from dressing_sim.learning.density import definite_factors
 from dressing_sim.learning.em import EMOptions, Initialisation
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.gmr import FusionOrder, check_fusion
-from dressing_sim.learning.motion import Motion, check_draw
+from dressing_sim.learning.motion import Motion, check_draw, minimum_jerk
 from dressing_sim.learning.phases import (
     Alignment,
     Clock,
@@ -177,7 +177,7 @@ class TimeTPGMM:
         p = path.shape[1]
         origin = real_vector(start, p, f"start must be {p} finite coordinates: it has")
         phase = np.minimum(times / (self.blend * self.duration), 1.0)
-        fade = 1.0 - phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)
+        fade = 1.0 - minimum_jerk(phase)
         blended = path + fade[:, None] * (origin - path[0])
         blended[0] = origin
         return blended
@@ -189,9 +189,8 @@ class TimeTPGMM:
         """
         path = self.generate(frames, start)
         assert self.dt is not None
-        means, covariances = self.at_times(frames, np.arange(len(path)) * self.dt)
-        offsets = np.linalg.solve(definite_factors(covariances), (path - means)[..., None])
-        return Motion(path, self.dt, "time", np.linalg.norm(offsets[..., 0], axis=1))
+        offsets, _ = self._whitened(frames, np.arange(len(path)) * self.dt, path)
+        return Motion(path, self.dt, "time", np.linalg.norm(offsets, axis=1))
 
     def log_density(
         self, frames: Sequence[Frame], times: ArrayLike, points: ArrayLike
@@ -203,15 +202,19 @@ class TimeTPGMM:
             times: (T,) since the start in [s].
             points: (T, p) in world coordinates.
         """
+        offsets, log_dets = self._whitened(frames, times, points)
+        n_dims = offsets.shape[1]
+        return -0.5 * (np.sum(offsets**2, axis=1) + log_dets + n_dims * np.log(2.0 * np.pi))
+
+    def _whitened(
+        self, frames: Sequence[Frame], times: ArrayLike, points: ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
+        """Points (T, p) from the mean in standard deviations (T, p), and log det S (T,)."""
         means, covariances = self.at_times(frames, times)
         values = real_array(points, means.shape, "points have")
-        one = np.ones(1)
-        return np.array(
-            [
-                GaussianMixture(one, mean[None], covariance[None]).log_density(value[None])[0]
-                for mean, covariance, value in zip(means, covariances, values, strict=True)
-            ]
-        )
+        factors = definite_factors(covariances)
+        offsets = np.asarray(np.linalg.solve(factors, (values - means)[..., None])[..., 0])
+        return offsets, np.asarray(2.0 * np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1))
 
     def sample(
         self, frames: Sequence[Frame], rng: np.random.Generator, count: int = 1

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.sampling import FrameBounds, rotation
 from dressing_sim.planar.box import MOUTH, outline, violation
 
@@ -120,7 +121,6 @@ def _path(frames: Sequence[Frame], rng: np.random.Generator) -> FloatArray:
     phase = np.linspace(0.0, 1.0, SAMPLES)
     phase = phase + rng.normal(0.0, TIMING_SD) * np.sin(2.0 * np.pi * phase)
     phase = np.clip(phase, 0.0, 1.0)
-    progress = phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)  # minimum jerk
     # Half of the way at even speed: a person does not creep out of the box.
-    progress = 0.5 * (progress + phase)
+    progress = 0.5 * (minimum_jerk(phase) + phase)
     return np.asarray(spline(progress * knots[-1]), dtype=np.float64)

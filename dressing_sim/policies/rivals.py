@@ -14,9 +14,10 @@ from dressing_sim.config import from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, Frame
 from dressing_sim.learning.frame import FloatArray, situation
+from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.learning.rivals import METHODS, Equivariance, Method, Shown, Skill
-from dressing_sim.learning.rivals.method import library, minimum_jerk
+from dressing_sim.learning.rivals.method import library
 from dressing_sim.policies.warped import KinematicWarping
 
 #: Over this share of a path an offset of its start from where the gripper is fades away, as in

@@ -19,7 +19,7 @@ import numpy as np
 from dressing_sim.learning import Frame
 from dressing_sim.learning.frame import FloatArray
 from dressing_sim.learning.rivals.method import Method, Shown, Skill
-from dressing_sim.learning.rivals.references import nearest
+from dressing_sim.learning.rivals.references import blended, nearest
 from dressing_sim.policies.skeleton import Skeleton
 
 
@@ -36,17 +36,13 @@ class KinematicWarping(Method):
             path, own = shown.points[one], shown.situations[one]
             here, there = Skeleton.of(own, bones), Skeleton.of(frames, bones)
             gaps = np.stack([_distance(path, frame.b, here.elbow) for frame in own])
-            weights = 1.0 / np.maximum(gaps**2, 1e-12 * shown.scale**2)
-            weights /= weights.sum(axis=0)
-            ratios = (
-                there.bones / here.bones
-            )  # of the upper arm, then of the forearm, as the frames
+            ratios = there.bones / here.bones  # upper arm and forearm, as the frames are
             moved = []
             for old, new, ratio in zip(own, frames, ratios, strict=True):
                 local = old.to_local(path)
                 local[:, 0] *= ratio
                 moved.append(new.to_world(local))
-            return np.einsum("pn,pni->ni", weights, np.stack(moved))
+            return blended(moved, gaps**2, shown.scale)
 
         return skill
 

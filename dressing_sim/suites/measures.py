@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from dressing_sim.archives import read_toml
 from dressing_sim.checks import clean_name, one_of, real_number, shown
@@ -47,6 +47,8 @@ class Choice:
 Schema = Mapping[str, "Measure | Choice | Schema"]
 
 Values = dict[str, Any]
+
+T = TypeVar("T")
 
 
 def read_measures(path: str | Path, kind: str, schema: Schema) -> Values:
@@ -111,6 +113,37 @@ def find_file(name_or_file: str, kind: str, folder: str, others: Mapping[str, ob
             f"unknown {kind} {shown(name_or_file)}; valid is one of {known}, or a TOML file"
         )
     return Path(name_or_file)
+
+
+def load_named(
+    name_or_file: str,
+    kind: str,
+    known: Mapping[str, T],
+    folder: str,
+    schema: Schema,
+    made: Callable[[Values], T],
+) -> T:
+    """What a name says, or a file of measures.
+
+    Args:
+        name_or_file: Which.
+        kind: What it is, for errors.
+        known: By name, without a file.
+        folder: Of ``assets``, with more by name.
+        schema: What a file may say.
+        made: What a file's values make.
+
+    Raises:
+        InvalidInputError: There is none, or the file is not valid.
+    """
+    if name_or_file in known:
+        return known[name_or_file]
+    path = find_file(name_or_file, kind, folder, known)
+    values = read_measures(path, kind, schema)
+    try:
+        return made(values)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{kind} {path}: {error}") from error
 
 
 def schema_table(schema: Schema, inside: str = "") -> list[str]:

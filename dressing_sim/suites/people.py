@@ -18,7 +18,7 @@ from scipy.stats import norm
 
 from dressing_sim.arm import ARM_SIZES, SIZE_LIMITS, ArmSize, Posture, own_size
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.suites.measures import Choice, Measure, Schema, Values, find_file, read_measures
+from dressing_sim.suites.measures import Choice, Measure, Schema, Values, load_named
 
 #: What is measured with a tape, in the order of `ArmSize`.
 TAPE: Mapping[str, str] = {
@@ -84,14 +84,9 @@ def load_person(name_or_file: str) -> str | ArmSize:
     Raises:
         InvalidInputError: There is none, or the file is not valid.
     """
-    if name_or_file in ARM_SIZES:
-        return name_or_file
-    path = find_file(name_or_file, "person", "people", ARM_SIZES)
-    values = read_measures(path, "person", PERSON)
-    try:
-        return arm_size(values)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"person {path}: {error}") from error
+    # A name says the same, and reads better in files.
+    named: dict[str, str | ArmSize] = {name: name for name in ARM_SIZES}
+    return load_named(name_or_file, "person", named, "people", PERSON, arm_size)
 
 
 def arm_size(values: Values) -> ArmSize:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.suites.measures import Choice, Measure, Schema, Values, find_file, read_measures
+from dressing_sim.suites.measures import Choice, Measure, Schema, Values, load_named
 from dressing_sim.world.garment import FABRICS, GARMENTS, Garment
 
 #: Sizes by the setting of `Garment` that each is.
@@ -56,14 +56,7 @@ def load_garment(name_or_file: str) -> Garment:
     Raises:
         InvalidInputError: There is none, or the file is not valid.
     """
-    if name_or_file in GARMENTS:
-        return GARMENTS[name_or_file]
-    path = find_file(name_or_file, "garment", "garments", GARMENTS)
-    values = read_measures(path, "garment", GARMENT)
-    try:
-        return garment(values)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"garment {path}: {error}") from error
+    return load_named(name_or_file, "garment", GARMENTS, "garments", GARMENT, garment)
 
 
 def garment(values: Values) -> Garment:

@@ -125,8 +125,8 @@ def dress_again(
         fine = play(Dressing(posture, reference(varied)), recording.trajectory)
         seconds.append(time.process_time() - begun)
         worlds = reference(varied, edge=COARSE), reference(varied, step=2.0)
-        coarser = [play(Dressing(posture, world), recording.trajectory) for world in worlds]
-        sure = decided(fine, *coarser, varied.thresholds)
+        coarse, longer = (play(Dressing(posture, world), recording.trajectory) for world in worlds)
+        sure = decided(fine, coarse, longer, varied.thresholds)
     extra: dict[str, Json] = {
         REFERENCE: fine.outcome.to_dict(),
         DECIDED: sure,

@@ -10,7 +10,7 @@ A rung of the ladder is an ordinary run, with its folder; it goes on where it wa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.studies.study import run_study
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.checks import whole_number
+from dressing_sim.config import to_plain
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.search_spaces import named, space_of
@@ -95,10 +96,6 @@ class Trial:
     n_success: int
     score: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {name: getattr(self, name) for name in self.__slots__}
-
 
 def search(
     what: Search,
@@ -142,10 +139,10 @@ def search(
     return {
         "policy": what.policy,
         "chosen": names[0],
-        "trials": [trial.to_dict() for trial in trials.values()],
+        "trials": list(map(asdict, trials.values())),
         "best_so_far": best_so_far.tolist(),
         "n_episodes": len(results),
-        "search": {name: getattr(what, name) for name in what.__slots__},
+        "search": to_plain(what),
         "versions": versions(),
     }
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from importlib import import_module
-from types import ModuleType
-from typing import ClassVar, Literal, Self, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, Self, get_args, get_type_hints
 
 import numpy as np
 
 from dressing_sim.checks import one_of
 from dressing_sim.config import check_numbers
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.extras import needed
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
     SyntheticDemonstration,
@@ -22,7 +21,7 @@ from dressing_sim.learning.demonstrations import (
 from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame, situation
 from dressing_sim.learning.policy import Inputs
-from dressing_sim.learning.registration import moving
+from dressing_sim.learning.registration import at_times, moving
 
 #: A path stands still while it is within this fraction of its length of an end.
 _STILL = 2e-3
@@ -136,28 +135,16 @@ class Method(ABC):
         """The skill that demonstrations show."""
 
 
-def library(name: str) -> ModuleType:
+def library(name: str) -> Any:
     """A module of the extra ``rivals``.
 
     Raises:
         InvalidInputError: It is not installed.
     """
-    try:
-        return import_module(name)
-    except ImportError as error:
-        package = name.partition(".")[0]
-        raise InvalidInputError(
-            f"{package} is not installed ({error}): pip install 'dressing-sim[rivals]'"
-        ) from error
+    return needed(name, "rivals")
 
 
 def resampled(path: FloatArray, samples: int) -> FloatArray:
     """A path (T, p) at evenly spaced rows, (samples, p), by linear interpolation."""
     rows = np.linspace(0.0, len(path) - 1.0, samples)
-    return np.column_stack([np.interp(rows, np.arange(len(path)), column) for column in path.T])
-
-
-def minimum_jerk(phase: FloatArray) -> FloatArray:
-    """From 0 to 1 with rest at both ends (Flash and Hogan 1985), phases clipped to [0, 1]."""
-    x = np.clip(phase, 0.0, 1.0)
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    return at_times(path, np.arange(len(path), dtype=np.float64), rows)

@@ -10,20 +10,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.policy import Inputs
-from dressing_sim.learning.rivals.method import Method, Shown, Skill, minimum_jerk
+from dressing_sim.learning.registration import corners
+from dressing_sim.learning.rivals.method import Method, Shown, Skill
 from dressing_sim.learning.transport import rigid_motion
-
-
-def corners(frames: Sequence[Frame], reach: float) -> FloatArray:
-    """Origins of frames and the tips of their axes, (P (1 + p), p), in world coordinates.
-
-    Args:
-        frames: P frames.
-        reach: Length of the axes, in the unit of the positions.
-    """
-    return np.concatenate([[f.b, *(f.b + reach * f.A.T / np.linalg.norm(f.A.T, axis=1)[:, None])]
-                           for f in frames])  # fmt: skip
 
 
 def apart(frames: Sequence[Frame]) -> float:
@@ -47,6 +38,19 @@ def nearest(shown: Shown, frames: Sequence[Frame]) -> int:
     return int(np.argmin(left))
 
 
+def blended(paths: Sequence[FloatArray], squares: FloatArray, scale: float) -> FloatArray:
+    """Paths weighed by how near each is, sum_l w_l y_l with w_l ~ 1 / d_l^2 (Shepard 1968).
+
+    Args:
+        paths: y_l, each (N, p).
+        squares: d_l^2 of each point, (L, N).
+        scale: A length beside which a distance is nothing at a millionth.
+    """
+    weights = 1.0 / np.maximum(squares, 1e-12 * scale**2)
+    weights /= weights.sum(axis=0)
+    return np.einsum("pn,pni->ni", weights, np.stack(paths))
+
+
 @dataclass(frozen=True, slots=True)
 class Nearest(Method):
     """The demonstration of the most alike situation, moved by its frames.
@@ -64,11 +68,9 @@ class Nearest(Method):
         def skill(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
             one = nearest(shown, frames)
             path, own = shown.points[one], shown.situations[one]
-            gaps = np.stack([np.sum((path - frame.b) ** 2, axis=1) for frame in own])
-            weights = 1.0 / np.maximum(gaps, 1e-12 * shown.scale**2)
-            weights /= weights.sum(axis=0)
+            squares = np.stack([np.sum((path - frame.b) ** 2, axis=1) for frame in own])
             moved = [new.to_world(old.to_local(path)) for old, new in zip(own, frames, strict=True)]
-            return np.einsum("pn,pni->ni", weights, np.stack(moved))
+            return blended(moved, squares, shown.scale)
 
         return skill
 

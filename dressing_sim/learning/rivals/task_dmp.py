@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.registration import corners
 from dressing_sim.learning.rivals.fusion import over_time, time_mixture
 from dressing_sim.learning.rivals.method import Method, Shown, Skill
-from dressing_sim.learning.rivals.references import apart, corners
+from dressing_sim.learning.rivals.references import apart
 from dressing_sim.learning.rivals.springs import forces, rollout
 
 

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.registration import corners
 from dressing_sim.learning.rivals.method import Method, Shown, Skill
-from dressing_sim.learning.rivals.references import apart, corners, nearest
+from dressing_sim.learning.rivals.references import apart, nearest
 from dressing_sim.learning.transport import Transport
 
 #: Length scales that are tried, over the distance between the frames.

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.learning.frame import FloatArray, Frame
+from dressing_sim.learning.registration import at_times
 from dressing_sim.learning.rivals.method import Equivariance, Method, Shown, Skill
 
 #: Noise of the shape's weights, of the scale squared.
@@ -99,10 +100,7 @@ class ViaPointPrimitive(Method):
     ) -> tuple[FloatArray, FloatArray]:
         """Straight lines (N, p) between points at rows, and what the shape adds, zero at them."""
         psi = self._psi(phase)
-        line, taken = (
-            np.column_stack([np.interp(phase, phase[rows], column) for column in values.T])
-            for values in (via, psi[rows])
-        )
+        line, taken = (at_times(values, phase[rows], phase) for values in (via, psi[rows]))
         return line, psi - taken
 
     def _psi(self, phase: FloatArray) -> FloatArray:

@@ -4,8 +4,9 @@ from learning_tasks import reaching_demonstrations
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import SyntheticDemonstration
+from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.rivals import METHODS, Shown
-from dressing_sim.learning.rivals.method import library, minimum_jerk, resampled
+from dressing_sim.learning.rivals.method import library, resampled
 
 
 def test_pauses_at_the_ends_are_cut_off_and_durations_are_made_alike():

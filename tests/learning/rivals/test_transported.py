@@ -3,8 +3,8 @@ import pytest
 from learning_tasks import moved_frames, reaching_demonstrations
 
 from dressing_sim.learning import Frame, rotation
+from dressing_sim.learning.registration import corners
 from dressing_sim.learning.rivals import Shown
-from dressing_sim.learning.rivals.references import corners
 from dressing_sim.learning.rivals.transported import Transportation, evidence
 from dressing_sim.learning.transport import Transport
 
