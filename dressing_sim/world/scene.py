@@ -28,7 +28,7 @@ _MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
 class SolverConfig:
     """How MuJoCo integrates; what is chosen here can change a verdict."""
 
-    timestep: float = 0.005
+    timestep: float = 0.01
     """Physics step [s]."""
     solver: str = "Newton"
     """``"CG"`` or ``"Newton"``."""

@@ -43,7 +43,7 @@ class SleeveConfig:
     """A garment, how it is held, and how finely it is meshed."""
 
     garment: Garment = field(default_factory=Garment)
-    edge: float = 0.032
+    edge: float = 0.028
     """Length of the mesh's edges [m]."""
     grip_width: float = 0.05
     """How much of the armscye's edge, to both sides of its top together, the fingers hold [m]."""
@@ -54,7 +54,7 @@ class SleeveConfig:
     sequence of three numbers, kept as a tuple."""
     grip_impedance: float = 0.9999
     """How hard the grip is, 0 to 1; with less the cloth stretches out of the fingers."""
-    contact_time: float = 0.01
+    contact_time: float = 0.02
     """Time in which a penetration heals [s]; at least twice the physics step."""
     contact_depth: float = 0.004
     """Depth over which a contact hardens from nothing to `contact_impedance` [m]: fuzz of the

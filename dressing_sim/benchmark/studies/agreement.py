@@ -55,20 +55,21 @@ REQUIRED_AGREEMENT = 0.95
 #: Rules whose margins hang on the cloth; the others' hang on the robot, which moves alike.
 CLOTH_RULES = tuple(rule for rule in RULES if rule.name in ("stuck", "over_strain", "over_force"))
 
-#: Edges of the reference's mesh, and of a coarser one, by the default's.
-FINE, COARSE = 0.75, 0.875
+#: The reference's edges and physics step, by the default's. Coarser worlds that tell its error have
+#: the default's edges, or the default's step.
+FINE, SHORT = 6.0 / 7.0, 0.5
 
 #: Richardson's estimates of what is left of the reference's error, by how much a coarser world
 #: differs from it (Roache 1998): the error falls with the square of the edges, and with the step.
-LEFT_OF_MESH = 1.0 / ((COARSE / FINE) ** 2 - 1.0)
-LEFT_OF_STEP = 1.0
+LEFT_OF_MESH = 1.0 / (FINE**-2 - 1.0)
+LEFT_OF_STEP = 1.0 / (1.0 / SHORT - 1.0)
 
 #: What an episode carries beyond its outcome.
 REFERENCE, DECIDED, SECONDS = "reference", "decided", "seconds"
 
 
-def reference(config: EpisodeConfig, edge: float = FINE, step: float = 1.0) -> EpisodeConfig:
-    """The same with a finer mesh, another physics step, and a solver that has converged.
+def reference(config: EpisodeConfig, edge: float = FINE, step: float = SHORT) -> EpisodeConfig:
+    """The same with a finer mesh, a shorter physics step, and a solver that has converged.
 
     A contact heals in as many steps, so its lift by friction goes with the step.
 
@@ -124,7 +125,7 @@ def dress_again(
         begun = time.process_time()
         fine = play(Dressing(posture, reference(varied)), recording.trajectory)
         seconds.append(time.process_time() - begun)
-        worlds = reference(varied, edge=COARSE), reference(varied, step=2.0)
+        worlds = reference(varied, edge=1.0), reference(varied, step=1.0)
         coarse, longer = (play(Dressing(posture, world), recording.trajectory) for world in worlds)
         sure = decided(fine, coarse, longer, varied.thresholds)
     extra: dict[str, Json] = {

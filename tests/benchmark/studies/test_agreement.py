@@ -7,13 +7,13 @@ from rule_traces import RULES, good
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, EpisodeResult
 from dressing_sim.benchmark.studies.agreement import (
-    COARSE,
     DECIDED,
     FINE,
     LEFT_OF_MESH,
     LEFT_OF_STEP,
     REFERENCE,
     SECONDS,
+    SHORT,
     agreement_plan,
     compared,
     decided,
@@ -39,12 +39,13 @@ def pulled(newtons):
 
 def test_the_reference_refines_the_mesh_and_its_errors_are_told_by_mesh_and_step():
     default = EpisodeConfig()
-    fine, longer = reference(default).world, reference(default, step=2.0).world
-    coarse = reference(default, edge=COARSE).world
+    fine, longer = reference(default).world, reference(default, step=1.0).world
+    coarse = reference(default, edge=1.0).world
     assert fine.sleeve.edge == longer.sleeve.edge == FINE * default.world.sleeve.edge
-    assert fine.sleeve.edge < coarse.sleeve.edge < default.world.sleeve.edge
+    assert fine.sleeve.edge < coarse.sleeve.edge == default.world.sleeve.edge
     assert fine.solver == coarse.solver
-    assert longer.solver.timestep == 2.0 * fine.solver.timestep == 2.0 * coarse.solver.timestep
+    assert fine.solver.timestep == SHORT * longer.solver.timestep
+    assert longer.solver.timestep == default.world.solver.timestep
     for world in (fine, coarse, longer):
         assert world.sleeve.contact_time == 2.0 * world.solver.timestep
 
@@ -70,9 +71,8 @@ def test_a_success_is_decided_beyond_richardsons_estimates():
 
 def test_the_estimates_are_richardsons():
     """Of values v + c h^2 and v + c dt in both worlds they are the reference's errors."""
-    fine, coarse = FINE**2, COARSE**2
-    assert pytest.approx(7.0 * fine) == LEFT_OF_MESH * 7.0 * (coarse - fine)
-    assert LEFT_OF_STEP * 7.0 * (2.0 - 1.0) == 7.0
+    assert pytest.approx(7.0 * FINE**2) == LEFT_OF_MESH * 7.0 * (1.0 - FINE**2)
+    assert pytest.approx(7.0 * SHORT) == LEFT_OF_STEP * 7.0 * (1.0 - SHORT)
 
 
 def result(here, there, sure=True, index=0):

@@ -54,11 +54,12 @@ def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_mostly_one_a
         changed |= different
     assert {"timestep", "edge", "iterations", "tolerance", "solver"} <= changed
     edges = {s.name: s.config.world.sleeve.edge for s in settings()}
-    ladder = ("coarse mesh", DEFAULT, "fine mesh", "finer mesh", FINEST)
+    ladder = ("coarse mesh", "longer edges", DEFAULT, "finer mesh", FINEST)
     assert [edges[name] for name in ladder] == sorted((edges[n] for n in ladder), reverse=True)
     assert len({edges[name] for name in ladder}) == len(ladder)
     steps = {s.name: s.config.world.solver.timestep for s in settings()}
     assert steps["half step"] == 0.5 * steps[DEFAULT] == 0.25 * steps["double step"]
+    assert steps["quarter step"] == 0.5 * steps["half step"]
     assert len({s.name for s in settings()}) == len(settings())
     assert not any("," in s.name for s in settings())  # a comma separates the names of --settings
 
