@@ -19,7 +19,7 @@ from dressing_sim.learning import (
     SyntheticDemonstration,
     TimedPath,
 )
-from dressing_sim.learning.sampling import SituationSampler
+from dressing_sim.learning.sampling import SituationSampler, arcs
 
 #: The plane of an arm straighter than this is not trusted [deg].
 STRAIGHT_DEG = 1.0
@@ -107,9 +107,8 @@ class ArmSampler:
                 of each coordinate's range.
         """
         values = np.array([_coordinates(demonstration.frames) for demonstration in demonstrations])
-        # Angles are measured from the first arm's, clear of the wrap at 180 degrees.
-        turn = values[:, 5:] - values[0, 5:]
-        values[:, 5:] = values[0, 5:] + (turn + np.pi) % (2.0 * np.pi) - np.pi
+        for azimuth in (5, 7):  # clear of the wrap at 180 degrees
+            values[:, [azimuth]] = arcs(values[:, [azimuth]])
         low, high = values.min(axis=0), values.max(axis=0)
         slack = np.append(translation_margin * (high - low)[:5], np.full(4, angle_margin))
         low, high = low - slack, high + slack

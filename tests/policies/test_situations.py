@@ -88,8 +88,11 @@ def test_the_bounds_of_angles_do_not_jump_at_half_a_turn():
         frames = Frame(_towards(direction), np.zeros(3)), Frame(_towards(-direction), direction)
         return SyntheticDemonstration(np.eye(3), 0.1, frames)
 
-    sampler = ArmSampler.around([arm(np.pi - 0.1), arm(-np.pi + 0.1)], angle_margin=0.0)
-    np.testing.assert_allclose((sampler.high - sampler.low)[[5, 7]], 0.2, atol=1e-9)
+    # Also not at half a turn from the first of the arms.
+    for azimuths in ([np.pi - 0.1, 0.1 - np.pi], [0.0, np.pi - 0.1, 0.1 - np.pi]):
+        sampler = ArmSampler.around([arm(azimuth) for azimuth in azimuths], angle_margin=0.0)
+        width = 0.2 if len(azimuths) == 2 else np.pi + 0.1
+        np.testing.assert_allclose((sampler.high - sampler.low)[[5, 7]], width, atol=1e-9)
 
 
 def _towards(x):

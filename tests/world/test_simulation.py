@@ -10,6 +10,7 @@ from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
 from dressing_sim.world.simulation import World
+from dressing_sim.world.sleeve import SleeveConfig
 
 
 def steps(world, seconds):
@@ -17,7 +18,9 @@ def steps(world, seconds):
 
 
 def fresh_world(posture, solver=None):
-    config = WorldConfig(solver=solver or SolverConfig())
+    solver = solver or SolverConfig()
+    heals = max(SleeveConfig().contact_time, 2.0 * solver.timestep)
+    config = WorldConfig(SleeveConfig(contact_time=heals), solver=solver)
     q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
     return World(posture, config, q)
 
