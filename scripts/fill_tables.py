@@ -18,7 +18,13 @@ from typing import Any
 
 from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.report.markdown import markdown_table
+from dressing_sim.benchmark.studies.agreement_document import (
+    agreement_differing,
+    agreement_table,
+    headline,
+)
 from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
+from dressing_sim.benchmark.studies.convergence_ladders import refinement_table
 from dressing_sim.benchmark.studies.cost_document import cost_table
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
@@ -81,6 +87,10 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "cost": lambda summary: markdown_table(cost_table(summary)),
     "convergence": lambda summary: markdown_table(validation_table(summary)),
     "differing": differing,
+    "refinement": lambda summary: markdown_table(refinement_table(summary)),
+    "sentence": headline,
+    "agreement": lambda summary: markdown_table(agreement_table(summary)),
+    "disagreement": lambda summary: markdown_table(agreement_differing(summary)),
     "thresholds": lambda summary: markdown_table(sensitivity_table(summary, sources=True)),
     "turned": lambda summary: markdown_table(turned_table(summary)),
 }

@@ -55,8 +55,7 @@ def agreement_document(
     results: Sequence[EpisodeResult], summary: Mapping[str, Any], command: str
 ) -> Document:
     """The report; the summary is as from `dressing_sim.benchmark.studies.agreement`."""
-    differing = summary["differing"]
-    found = Table(table_of(_DIFFERING, differing)) if differing else Paragraph("None.")
+    found = Table(agreement_differing(summary)) if summary["differing"] else Paragraph("None.")
     return Document(
         "Agreement with a finer simulation",
         command,
@@ -88,6 +87,11 @@ def headline(summary: Mapping[str, Any]) -> str:
 def agreement_table(summary: Mapping[str, Any]) -> Cells:
     """Every row of policies."""
     return table_of(_ROWS, summary["rows"])
+
+
+def agreement_differing(summary: Mapping[str, Any]) -> Cells:
+    """Every episode whose verdicts differ."""
+    return table_of(_DIFFERING, summary["differing"])
 
 
 def _reasons(reasons: Sequence[str]) -> str:

@@ -24,6 +24,7 @@ from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.benchmark.studies.agreement import REQUIRED_AGREEMENT, first_postures
 from dressing_sim.benchmark.studies.convergence_document import convergence_document
+from dressing_sim.benchmark.studies.convergence_ladders import refined
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
@@ -146,8 +147,8 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
 
     Returns:
         ``{"agreement", "required", "figure_error", "allowed_figure_error", "solver_error",
-        "allowed_solver_error", "passed", "rows", "differing"}``, with shares from 0 to 1. An
-        episode that is void in either counts as disagreement. Differences of metrics are medians
+        "allowed_solver_error", "passed", "rows", "differing", "refinement"}``, with shares
+        from 0 to 1. An episode that is void in either counts as disagreement. Differences of metrics are medians
         of absolute differences; ``figure_error`` is the larger of those of strain and pull as a
         share of its limit. ``solver_error``, see `_solver_error`, is None where mesh, step or
         contacts differ from the default's. None is what no episode tells: then nothing passes.
@@ -185,6 +186,7 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
             for a, b in zip(own, finest, strict=True)
             if name != FINEST and not agreement(a.outcome, b.outcome)
         ],
+        "refinement": refined(trials, chosen),
     }
 
 

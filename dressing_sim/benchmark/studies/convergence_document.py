@@ -18,6 +18,7 @@ from dressing_sim.benchmark.report.document import (
     config_section,
 )
 from dressing_sim.benchmark.studies.columns import Column, spaced, table_of
+from dressing_sim.benchmark.studies.convergence_ladders import refinement_table
 from dressing_sim.benchmark.studies.convergence_trials import (
     CONVERGED,
     DEFAULT,
@@ -33,6 +34,13 @@ NOTE = (
     "pull in nine of ten dressings stay within of those of the same mesh and step with "
     f"{CONVERGED}. Cost: median CPU time an episode, relative to the default's, measured in the "
     "same run."
+)
+
+REFINEMENT_NOTE = (
+    "Means over the dressings that succeed on all three levels, the finest first. Order: of the "
+    "error as the size goes to zero, a dash where values rise and fall or change ever more. Index: "
+    "Roache's grid convergence index. Default off: from the extrapolated value, or from the "
+    "finest's where there is no order."
 )
 
 #: What stands of each setting.
@@ -74,9 +82,17 @@ def convergence_document(
         (
             Section("What the numbers are", (Paragraph(NOTE), convergence_plot(trials))),
             Section("Episodes whose verdict differs from the finest", (found,)),
+            *_refinement(summary),
             *([config_section(summary)] if "config" in summary else []),
         ),
     )
+
+
+def _refinement(summary: Mapping[str, Any]) -> Sequence[Section]:
+    if not summary["refinement"]:
+        return ()
+    blocks = Paragraph(REFINEMENT_NOTE), Table(refinement_table(summary))
+    return (Section("What the metrics tend to", blocks),)
 
 
 def headline(summary: Mapping[str, Any]) -> str:

@@ -64,10 +64,15 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         faster = {"timestep": factor * step, "tolerance": tolerance}
         return change(name, told, faster, contact_time=factor * heals, edge=edge)
 
+    def commanded(name: str, factor: float) -> Setting:
+        tracking = replace(base.tracking, dt=factor * base.tracking.dt)
+        return Setting(name, f"{1e3 * tracking.dt:g} ms", replace(base, tracking=tracking))
+
     tolerance = solver.tolerance
     return (
         change(DEFAULT, usual, {}),
         stepped(FINEST, "edges 20 mm, tolerance 1e-12, ", 0.5, 1e-12, 0.020),
+        change("fine mesh", "edges 20 mm", {}, edge=0.020),
         change("finer mesh", "edges 24 mm", {}, edge=0.024),
         change("longer edges", "edges 32 mm", {}, edge=0.032),
         change("coarse mesh", "edges 40 mm", {}, edge=0.040),
@@ -84,7 +89,12 @@ def settings(default: EpisodeConfig | None = None) -> tuple[Setting, ...]:
         change("CG with 10 iterations", "at most", cg | {"iterations": 10}),
         change("thin layer", "contacts harden over 3 mm", {}, contact_depth=0.003),
         change("thick layer", "contacts harden over 5 mm", {}, contact_depth=0.005),
+        change("soft contact", "impedance 0.999", {}, contact_impedance=0.999),
+        change("hard contact", "impedance 0.99999", {}, contact_impedance=0.99999),
         change("soft friction", "impratio 10", {"impratio": 10.0}),
+        change("hard friction", "impratio 1000", {"impratio": 1000.0}),
+        commanded("half control step", 0.5),
+        commanded("double control step", 2.0),
         change("bending", "of the cloth", {}, bending=True),
     )
 

@@ -54,7 +54,7 @@ def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_mostly_one_a
         changed |= different
     assert {"timestep", "edge", "iterations", "tolerance", "solver"} <= changed
     edges = {s.name: s.config.world.sleeve.edge for s in settings()}
-    ladder = ("coarse mesh", "longer edges", DEFAULT, "finer mesh", FINEST)
+    ladder = ("coarse mesh", "longer edges", DEFAULT, "finer mesh", "fine mesh")
     assert [edges[name] for name in ladder] == sorted((edges[n] for n in ladder), reverse=True)
     assert len({edges[name] for name in ladder}) == len(ladder)
     steps = {s.name: s.config.world.solver.timestep for s in settings()}
