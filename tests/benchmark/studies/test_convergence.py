@@ -40,9 +40,13 @@ def test_the_study_varies_mesh_step_iterations_tolerance_and_solver_mostly_one_a
         theirs = to_plain(other.config)
         different = {
             key
-            for part in ("solver", "sleeve")
-            for key in plain["world"][part]
-            if plain["world"][part][key] != theirs["world"][part][key]
+            for usual, own in (
+                (plain["world"]["solver"], theirs["world"]["solver"]),
+                (plain["world"]["sleeve"], theirs["world"]["sleeve"]),
+                (plain["tracking"], theirs["tracking"]),
+            )
+            for key in usual
+            if usual[key] != own[key]
         }
         assert different
         together = {"CG", "CG with 10 iterations", "coarse mesh and double step"}
