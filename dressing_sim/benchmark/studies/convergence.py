@@ -147,11 +147,11 @@ def compare(trials: Sequence[Trial], chosen: Sequence[Setting]) -> dict[str, Any
 
     Returns:
         ``{"agreement", "required", "figure_error", "allowed_figure_error", "solver_error",
-        "allowed_solver_error", "passed", "rows", "differing", "refinement"}``, with shares
-        from 0 to 1. An episode that is void in either counts as disagreement. Differences of
-        metrics are medians of absolute differences; ``figure_error`` is the larger of those of
-        strain and pull as a share of its limit. ``solver_error``, see `_solver_error`, is None
-        where mesh, step or contacts differ from the default's. None is what no episode tells: then nothing passes.
+        "allowed_solver_error", "passed", "rows", "differing", "refinement"}``, with shares from 0
+        to 1. An episode that is void in either counts as disagreement. Differences of metrics are
+        medians of absolute differences; ``figure_error`` is the larger of those of strain and pull
+        as a share of its limit. ``solver_error``, see `_solver_error`, is None where mesh, step or
+        contacts differ from the default's. None is what no episode tells: then nothing passes.
     """
     by_setting = {s.name: [t for t in trials if t.setting == s.name] for s in chosen}
     finest, converged = by_setting[FINEST], by_setting[CONVERGED]
