@@ -94,7 +94,7 @@ def hang(data, vertices):
 @pytest.mark.parametrize("edge", [SLEEVE.edge, 0.02])
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_cloth_that_slides_round_a_limb_obeys_the_capstan_law(edge, friction):
-    """Measured: within 7 %."""
+    """Measured: 7 % and less."""
     tensions, _ = capstan(edge, friction)
     assert tensions.mean() == pytest.approx(np.exp(friction * np.pi), rel=0.1)
 
@@ -103,7 +103,7 @@ def test_the_capstan_law_is_the_limit_of_fine_meshes():
     """The error falls with the square of the edge, as a polygon's does; Richardson's extrapolation.
 
     The step is a quarter of the default's and a contact heals in as many steps, so that what is
-    left of its damping is small. Measured: 8 % and 4 % off, extrapolated 0.9 %.
+    left of its damping is small. Measured: 5 % and 3 % off, extrapolated 0.9 %.
     """
     coarse, fine = SLEEVE.edge, 0.02
     finer = {"timestep": 0.25 * SOLVER.timestep, "contact_time": 0.25 * SLEEVE.contact_time}
@@ -114,13 +114,16 @@ def test_the_capstan_law_is_the_limit_of_fine_meshes():
 
 @pytest.mark.parametrize("edge", [SLEEVE.edge, 0.02])
 def test_it_slides_evenly_and_stays_near_the_surface(edge):
-    """Measured: the deviation is 0.02 of the tension, the depth 1.4 mm."""
+    """Measured: the deviation is 0.02 of the tension; the cloth stays 0.2 mm above the surface."""
     tensions, depth = capstan(edge, 0.3)
     assert tensions.std() < 0.05 * tensions.mean()
     assert depth < 0.003
 
 
 def test_without_a_layer_it_would_chatter():
-    """Why there is one: contacts that slide open, and the cloth falls through the surface."""
+    """Why there is one: contacts that slide open, and the cloth falls through the surface.
+
+    Measured: the deviation is 0.08 of the tension, and the depth 6 mm.
+    """
     tensions, depth = capstan(0.02, 0.3, contact_depth=1e-6)
     assert tensions.std() > 0.05 * tensions.mean() or depth > 0.002
