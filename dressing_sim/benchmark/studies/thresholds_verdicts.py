@@ -27,7 +27,7 @@ from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
 
 #: What each threshold is multiplied by.
-FACTORS = (0.5, 0.65, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5)
+FACTORS = (0.5, 0.65, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5, 2.0)
 
 #: A threshold is acceptable if no factor from the first to the second turns the ranking of two
 #: rows round beyond their intervals.

@@ -83,10 +83,10 @@ def test_the_summary_does_not_depend_on_the_order_of_results():
 @pytest.mark.parametrize(
     ("at", "lead", "factors", "beyond", "acceptable"),
     [
-        (1.1, 15, [1.1, 1.2, 1.35, 1.5], True, False),
-        (1.35, 15, [1.35, 1.5], True, True),
-        (1.1, 1, [1.1, 1.2, 1.35, 1.5], False, True),
-        (2.0, 15, [], True, True),
+        (1.1, 15, [1.1, 1.2, 1.35, 1.5, 2.0], True, False),
+        (1.35, 15, [1.35, 1.5, 2.0], True, True),
+        (1.1, 1, [1.1, 1.2, 1.35, 1.5, 2.0], False, True),
+        (3.0, 15, [], True, True),
     ],
 )
 def test_a_ranking_that_turns_near_the_threshold_is_not_acceptable(
@@ -152,7 +152,7 @@ def test_the_table_has_a_line_for_each_threshold_and_a_column_for_each_row():
     assert strain["ranking turned by 20 %"] == "yes"
     assert strain["meaning and source"] == threshold_sources()["strain"]
     assert len(sensitivity_table(summary)[0]) == len(heading) - 1
-    assert len(turned_table(summary)) == 1 + 4
+    assert len(turned_table(summary)) == 1 + 5
 
 
 def test_a_ranking_that_turns_by_little_is_told_as_such():
@@ -280,7 +280,7 @@ def test_bootstrap_intervals_start_anew_for_each_pair():
 
 def test_a_verdict_that_is_not_known_counts_neither_way_and_only_for_its_factor():
     results = episodes(lambda row, name, factor: 20, PAIR, POSTURES)
-    del results[0].extra[VERDICTS]["strain"]["1.5"]
+    del results[0].extra[VERDICTS]["strain"][f"{FACTORS[-1]:g}"]
     summary = summarise(PAIR, results, RULES, {})
     strain, force = (threshold_of(summary, name)["rows"][0] for name in ("strain", "grip_force"))
     assert strain["n_episodes"] == force["n_episodes"] == 40
