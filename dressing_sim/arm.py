@@ -8,16 +8,17 @@ dressed, is the one next to the robot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, field
+from dataclasses import asdict, astuple, dataclass, field, replace
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.checks import real_number, shown
+from dressing_sim.checks import of_kind, real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import Frame, Situation
+from dressing_sim.motion import COORDINATES, Motion
 
 Vector = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ ARM_SIZES: Mapping[str, ArmSize] = _MEDIAN | {
 }
 
 
-def _rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
+def rotation_about(axis: Vector, angle: float) -> NDArray[np.float64]:
     """Rotation matrix (3, 3) about a unit axis by an angle [rad] (Rodrigues' formula)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -133,7 +134,7 @@ def _rotation(axis: Vector, angle: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class Posture:
-    """A static posture of the left arm, given by anatomical joint angles.
+    """A posture of the left arm, given by anatomical joint angles; of a still arm unless it moves.
 
     With all angles zero the arm hangs straight down. The upper arm is first abducted (sideways),
     then flexed (forward and up), after being turned about its own axis (internal rotation); the
@@ -148,11 +149,14 @@ class Posture:
         size: Name of an arm in `ARM_SIZES`, or lengths and radii of somebody's own.
         shoulder_position: Shoulder joint (3,) in the robot's base frame [m]; any sequence of
             numbers, kept as a tuple.
+        motion: How the person moves away from this posture, and gives way; None for an arm that
+            stays where it is.
 
     Raises:
         InvalidInputError: A name that is no text, an angle that is no number or outside
-            ``ANGLE_LIMITS_DEG``, an unknown size or one that no arm has, or a shoulder that is not
-            three numbers or further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``.
+            ``ANGLE_LIMITS_DEG``, an unknown size or one that no arm has, a shoulder that is not
+            three numbers or further from its usual place than ``MAX_SHOULDER_DISPLACEMENT``, or a
+            motion that leaves these limits.
     """
 
     name: str
@@ -162,6 +166,7 @@ class Posture:
     elbow_deg: float
     size: str | ArmSize = "male"
     shoulder_position: tuple[float, float, float] = field(default=DEFAULT_SHOULDER)
+    motion: Motion | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
@@ -192,6 +197,35 @@ class Posture:
                 f"valid is {DEFAULT_SHOULDER} +- {MAX_SHOULDER_DISPLACEMENT:g} m in each coordinate"
             )
         object.__setattr__(self, "shoulder_position", place)
+        if self.motion is not None:
+            self._check_motion(of_kind(self.motion, Motion, "posture: motion", "a Motion or None"))
+
+    def _check_motion(self, motion: Motion) -> None:
+        least, most = coordinate_limits()
+        for name, value, low, high, first, last in zip(
+            COORDINATES, self.coordinates, least, most, *motion.farthest(), strict=True
+        ):
+            if value + first < low - 1e-9 or value + last > high + 1e-9:
+                raise InvalidInputError(
+                    f"posture {self.name!r}: its motion takes {name} from {value + first:g} to "
+                    f"{value + last:g}, valid is {low:g} to {high:g}"
+                )
+
+    @property
+    def coordinates(self) -> Vector:
+        """Place of the shoulder and angles, (7,), in the order of `COORDINATES` [m, deg]."""
+        return np.array([*self.shoulder_position, *(getattr(self, a) for a in ANGLE_LIMITS_DEG)])
+
+    def at(self, coordinates: Vector) -> Posture:
+        """The still posture of the same arm with these coordinates, or the nearest to them.
+
+        Args:
+            coordinates: (7,), in the order of `COORDINATES` [m, deg].
+        """
+        numbers = np.clip(coordinates, *coordinate_limits())
+        angles = dict(zip(ANGLE_LIMITS_DEG, numbers[3:].tolist(), strict=True))
+        place = tuple(numbers[:3].tolist())
+        return replace(self, shoulder_position=place, motion=None, **angles)
 
     @property
     def arm_size(self) -> ArmSize:
@@ -215,9 +249,9 @@ class Posture:
         # The left-handed signs follow from the body's axes: raising the arm forward turns it
         # about LEFT the negative way, sideways about FORWARD the positive way.
         return (
-            _rotation(LEFT, -flexion)
-            @ _rotation(FORWARD, abduction)
-            @ _rotation(UP, -rotation)
+            rotation_about(LEFT, -flexion)
+            @ rotation_about(FORWARD, abduction)
+            @ rotation_about(UP, -rotation)
             @ np.column_stack([FORWARD, LEFT, UP])
         )
 
@@ -264,6 +298,7 @@ class Posture:
             **{angle: getattr(self, angle) for angle in ANGLE_LIMITS_DEG},
             "size": asdict(self.size) if isinstance(self.size, ArmSize) else self.size,
             "shoulder_position": list(self.shoulder_position),
+            **({} if self.motion is None else {"motion": self.motion.to_dict()}),
         }
 
     @classmethod
@@ -278,7 +313,7 @@ class Posture:
                 f"posture {shown(values)}: missing its name and angles, valid is an object"
             )
         required = {"name", *ANGLE_LIMITS_DEG}
-        allowed = {*required, "size", "shoulder_position"}
+        allowed = {*required, "size", "shoulder_position", "motion"}
         name = values.get("name", "without a name")
         missing, unknown = required - set(values), set(values) - allowed
         if missing or unknown:
@@ -293,7 +328,17 @@ class Posture:
         size = values.get("size")
         if isinstance(size, Mapping):
             values = {**values, "size": own_size(size, f"posture {shown(name)}: size")}
+        if values.get("motion") is not None:
+            values = {**values, "motion": Motion.from_dict(values["motion"])}
         return cls(**values)
+
+
+def coordinate_limits() -> tuple[Vector, Vector]:
+    """Least and greatest coordinates (7,) of an arm, in the order of `COORDINATES` [m, deg]."""
+    angles = np.array(list(ANGLE_LIMITS_DEG.values())).T
+    middle = np.array(DEFAULT_SHOULDER)
+    least = np.concatenate([middle - MAX_SHOULDER_DISPLACEMENT, angles[0]])
+    return least, np.concatenate([middle + MAX_SHOULDER_DISPLACEMENT, angles[1]])
 
 
 def _numbers(values: object) -> tuple[float, ...]:

@@ -72,6 +72,7 @@ class Task:
         self._size = config.action_range.shape[0]
         self._dressing: Dressing | None = None
         self._renderer: OffscreenRenderer | None = None
+        self._framed: tuple[Posture | None, dict[str, NDArray[np.float64]]] = None, {}
 
     def begin(self, posture: Posture) -> None:
         """Begin an episode."""
@@ -79,14 +80,10 @@ class Task:
             self.close()
             self._dressing = Dressing(posture, self.config.episode)
         self._loop = ClosedLoop(self._dressing)
-        self._axis, self._steps, self._on = ArmAxis.of(posture), 0, False
+        self._steps, self._on = 0, False
         self._recording: Recording | None = None
         self._look()
         self._progress, self.reward = self._now(), 0.0
-        self._frames: dict[str, NDArray[np.float64]] = {}
-        for name, frame in zip(SITUATION, posture.frames(), strict=True):
-            axes = np.clip(frame.A, -1.0, 1.0)  # rounded, a cosine may be a bit above one
-            self._frames |= {f"{name}_position": frame.b, f"{name}_axes": axes}
 
     @property
     def dressing(self) -> Dressing:
@@ -131,17 +128,18 @@ class Task:
 
     def _arrived(self) -> bool:
         margins = arrival_margins(
-            self._loop.row, self.dressing.posture.shoulder, self.config.episode.thresholds
+            self._loop.row, self.dressing.shoulder, self.config.episode.thresholds
         )
         return min(margins) >= 0.0
 
     def _look(self) -> None:
         if self._steps % _LOOK == 0:
             world = self.dressing.world
-            self._on = bool(self._axis.winding(world.mesh.rings(world.cloth)[0]) == 1)
+            axis = ArmAxis(world.arm_joints)
+            self._on = bool(axis.winding(world.mesh.rings(world.cloth)[0]) == 1)
 
     def _now(self) -> float:
-        shoulder = self.dressing.posture.shoulder
+        shoulder = self.dressing.shoulder
         return progress(self._loop.row, self._on, shoulder, self.config.episode.thresholds)
 
     def _rewarded(self, gain: float) -> float:
@@ -201,8 +199,8 @@ class Task:
             "gripper": row.tcp.copy(),
             "target": dressing.target,
             "grip_force": np.array([row.grip_force]),
-            **{name: array.copy() for name, array in self._frames.items()},
         }
+        seen |= {name: array.copy() for name, array in self._frames(dressing.seen).items()}
         for name in self.config.observe:
             if name == "arm_coordinate":
                 seen[name] = np.array([row.armscye_s, row.hem_s])
@@ -211,6 +209,16 @@ class Task:
             else:
                 seen[name] = dressing.world.cloth if name == "cloth" else self.picture()
         return seen
+
+    def _frames(self, posture: Posture) -> dict[str, NDArray[np.float64]]:
+        """The paper's frames of an arm as observations; worked out once for each."""
+        if self._framed[0] is not posture:
+            arrays = {}
+            for name, frame in zip(SITUATION, posture.frames(), strict=True):
+                axes = np.clip(frame.A, -1.0, 1.0)  # rounded, a cosine may be a bit above one
+                arrays |= {f"{name}_position": frame.b, f"{name}_axes": axes}
+            self._framed = posture, arrays
+        return self._framed[1]
 
     def picture(self) -> NDArray[np.uint8]:
         """A picture (height, width, 3) of the scene now."""
@@ -233,7 +241,7 @@ class Task:
         """
         dressing, episode = self.dressing, self.config.episode
         path = policy_path(
-            source, dressing.posture, dressing.start, seed, DEFAULT_PATH_DT, episode.time_limit
+            source, dressing.seen, dressing.start, seed, DEFAULT_PATH_DT, episode.time_limit
         )
         trajectory = tracked(dressing, path.positions, path.dt or DEFAULT_PATH_DT)
         n_steps = len(trajectory.targets) - 1

@@ -114,15 +114,20 @@ def close_the_loop(
         observer: Called after every control step.
     """
     name = policy_name(policy)
-    frames, forces = asked_with(policy, dressing.posture), inputs_of(policy) == "frames+force"
+    forces = inputs_of(policy) == "frames+force"
     reset_policy(policy, policy_seed(policy, seed))
     loop, dt = ClosedLoop(dressing, observer), dressing.config.tracking.dt
+    seen = dressing.seen
+    frames = asked_with(policy, seen)
     target: NDArray[np.float64] = dressing.target
     while not loop.over:
         wanted = None
         if loop.held == 0:
             row = loop.row
             force = Force(row.grip_force, row.link_force) if forces else None
+            if dressing.seen is not seen:
+                seen = dressing.seen
+                frames = asked_with(policy, seen)
             wanted = policy.act(Observation(row.time, dt, row.tcp, target, frames, force))
         if wanted is not None:
             with policy_at_fault():

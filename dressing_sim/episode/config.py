@@ -8,6 +8,7 @@ import numpy as np
 
 from dressing_sim.config import check_kinds, check_numbers
 from dressing_sim.control import TrackingConfig
+from dressing_sim.episode.capture import CaptureConfig
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig
@@ -20,6 +21,8 @@ class EpisodeConfig:
     world: WorldConfig = field(default_factory=WorldConfig)
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
     thresholds: Thresholds = field(default_factory=Thresholds)
+    capture: CaptureConfig = field(default_factory=CaptureConfig)
+    """What policies are told of an arm that moves."""
     hold: float = 1.0
     """The robot stays at its path's end for so long before the verdict [s]."""
     time_limit: float = 30.0

@@ -18,6 +18,7 @@ from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
 from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
 from dressing_sim.control.limits import MAX_ACCELERATION
+from dressing_sim.episode.capture import MotionCapture
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.judge import ProtectiveStop, judge, margins
 from dressing_sim.episode.meter import Meter, Row
@@ -100,6 +101,8 @@ class Dressing:
         self.start_configuration = self._settled.world.arm_configuration
         self._tracker = Tracker(self.kinematics, tracking)
         self._substeps = round(tracking.dt / world.solver.timestep)
+        self._capture = MotionCapture(posture, self.config.capture)
+        self._measured = -1, posture
         self._steps_left = round(self.config.time_limit / tracking.dt)
         self._identity = json.dumps(
             [posture.to_dict(), to_plain(self.config), mujoco.__version__], sort_keys=True
@@ -123,8 +126,10 @@ class Dressing:
         """
         config = self.config
         self._world = self._settled.world.copy()
+        self._world.begin_motion()
         self._meter = Meter(self._world, config.tracking.dt, config.thresholds.strain_percentile)
         self._watch = ProtectiveStop(config.thresholds, config.tracking.dt, self.rules)
+        self._measured = -1, self.posture
         self._stopped = False
         self._invalid = self._world.invalid_reason
         q = self._world.arm_configuration
@@ -233,6 +238,24 @@ class Dressing:
         return self._begun and self._stopped
 
     @property
+    def shoulder(self) -> NDArray[np.float64]:
+        """Where the shoulder joint is, (3,), in the robot's base frame [m]."""
+        return self._world.arm_joints[2] if self._begun else self._settled.world.arm_joints[2]
+
+    @property
+    def seen(self) -> Posture:
+        """The arm as far as a policy may know it now: one that moves is measured, see `capture`."""
+        if self.posture.motion is None:
+            return self.posture
+        number = self._capture.newest(self._row.time) if self._begun else 0
+        if number != self._measured[0]:
+            step = int(self._capture.taken(number) / self.config.tracking.dt + 1e-9)
+            person = self._meter.person(step) if self._begun else self._settled.world.person
+            assert person is not None
+            self._measured = number, self._capture.measured(number, person)
+        return self._measured[1]
+
+    @property
     def command(self) -> NDArray[np.float64]:
         """The last joint command (7,) [rad]."""
         self._check_begun()
@@ -304,7 +327,7 @@ class Dressing:
             config.thresholds,
             config.world.grip_strength,
             config.tracking.max_error - off if reach_left is None else reach_left,
-            self._world.robot_clearance(trace.joint_position),
+            self._world.robot_clearance(trace.joint_position, self._meter.persons),
         )
         return margins(evidence, self.rules)
 
@@ -345,6 +368,7 @@ class Dressing:
             self.reset()
         self._world.restore(_part("world.", arrays))
         self._meter.restore(_part("trace.", arrays))
+        self._measured = -1, self.posture
         self._watch.runs = {name: list(runs) for name, runs in values["runs"].items()}
         self._stopped, self._invalid = values["stopped"], values["invalid"]
         self._command, self._velocity = arrays["command"].copy(), arrays["velocity"].copy()

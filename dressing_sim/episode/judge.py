@@ -77,7 +77,7 @@ def judge(
 
     Args:
         trace: What was measured. What comes after the protective stop is not looked at.
-        shoulder: Shoulder joint (3,), in the robot's base frame [m].
+        shoulder: Shoulder joint (3,) of a still arm, in the robot's base frame [m].
         finished: Whether the robot came to the end of its path before the time limit; of no
             account after a protective stop.
         thresholds: The numbers that decide.

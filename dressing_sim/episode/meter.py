@@ -22,6 +22,9 @@ _CHUNK = 64
 #: The column of the vertices' places, which a trace is worked out from but does not hold.
 _CLOTH = "cloth"
 
+#: Columns of an arm that moves: its joints, and its coordinates, which no trace holds.
+_ARM, _PERSON = "arm", "person"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Row:
@@ -79,6 +82,7 @@ class Meter:
         self._world = world
         self._dt = dt
         self._axis = ArmAxis.of(world.posture)
+        self._person = world.person
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
         self._earlier: dict[str, NDArray[Any]] = {}
@@ -128,6 +132,8 @@ class Meter:
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
         strain, forces = self._gauge.principal(cloth), world.cloth_load
         rings = world.mesh.rings(cloth)
+        if self._person is not None:
+            self._axis = ArmAxis.of(world.posture, world.arm_joints)
         ends = self._axis.coordinate(np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)]))
         row = Row(
             time=number * self._dt,
@@ -160,7 +166,27 @@ class Meter:
             "hit_force": self._hit_force,
             _CLOTH: cloth,
         }
+        if self._person is not None:
+            kept |= {
+                _ARM: world.arm_joints,
+                _PERSON: world.person,
+                "clearance": world.clearance(tcp[None])[0],
+            }
         return row, kept
+
+    def person(self, number: int) -> NDArray[np.float64] | None:
+        """`World.person` after so many rows; None if it does not move."""
+        if self._person is None or number == 0:
+            return self._person
+        earlier = self._earlier.get(_PERSON, ())
+        if number <= len(earlier):
+            return np.asarray(earlier[number - 1])
+        return np.asarray(self._rows[number - len(earlier) - 1][_PERSON])
+
+    @property
+    def persons(self) -> NDArray[np.float64] | None:
+        """`World.person` after each row, (n, 7); None if it does not move."""
+        return self.columns().get(_PERSON)
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """All that was kept, an array a column, for `restore`; the rows stay as they are."""
@@ -182,15 +208,23 @@ class Meter:
     def trace(self) -> Trace:
         """All rows so far, of which there must be one."""
         columns = self.columns()
-        cloth = columns.pop(_CLOTH)
+        cloth, rings = columns.pop(_CLOTH), self._world.mesh.rings
+        if self._person is None:
+            columns["clearance"] = self._world.clearance(columns["tcp"])
+            parts = np.array_split(rings(cloth), len(cloth) // _CHUNK + 1)
+            progress = [_progress(self._axis, part) for part in parts]
+        else:
+            columns.pop(_PERSON)
+            axes = [ArmAxis.of(self._world.posture, joints) for joints in columns[_ARM]]
+            rows = zip(axes, rings(cloth)[:, None], strict=True)
+            progress = [_progress(axis, row) for axis, row in rows]
         return Trace(
             dt=self._dt,
             links=LINKS,
             robot_links=self._world.robot_links,
-            clearance=self._world.clearance(columns["tcp"]),
             **columns,
             **self._strains(cloth),
-            **self._progress(self._world.mesh.rings(cloth)),
+            **{name: np.concatenate([one[name] for one in progress]) for name in progress[0]},
         )
 
     def _strains(self, cloth: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
@@ -205,19 +239,18 @@ class Meter:
             ),
         }
 
-    def _progress(self, rings: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        """Where the rings are: the columns that say how far the sleeve is on."""
-        axis = self._axis
-        parts = np.array_split(rings, len(rings) // _CHUNK + 1)
-        windings = np.concatenate([axis.winding(part) for part in parts])
-        armscye_s = axis.coordinate(rings[:, 0].mean(axis=1))
-        triangle_s = axis.through_triangles(rings[:, 0])
-        on = np.where(windings[:, 0] == 1, armscye_s, np.nan)
-        return {
-            "armscye_s": armscye_s,
-            "hem_s": axis.coordinate(rings[:, -1].mean(axis=1)),
-            "wound": (windings == 1).all(axis=1),
-            "dressed_ratio": axis.dressed_ratios(on),
-            "line_triangle_on": np.isfinite(triangle_s),
-            "line_triangle_ratio": axis.dressed_ratios(triangle_s),
-        }
+
+def _progress(axis: ArmAxis, rings: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Where the rings are on an arm: the columns that say how far the sleeve is on."""
+    windings = axis.winding(rings)
+    armscye_s = axis.coordinate(rings[:, 0].mean(axis=1))
+    triangle_s = axis.through_triangles(rings[:, 0])
+    on = np.where(windings[:, 0] == 1, armscye_s, np.nan)
+    return {
+        "armscye_s": armscye_s,
+        "hem_s": axis.coordinate(rings[:, -1].mean(axis=1)),
+        "wound": (windings == 1).all(axis=1),
+        "dressed_ratio": axis.dressed_ratios(on),
+        "line_triangle_on": np.isfinite(triangle_s),
+        "line_triangle_ratio": axis.dressed_ratios(triangle_s),
+    }

@@ -35,7 +35,8 @@ class Observation:
         dt: Time until the next observation [s].
         tcp: Gripper (3,), in the robot's base frame [m].
         target: The target (3,) that it last approached [m].
-        frames: The frames, or the posture, of its class of inputs, as in ``generate``.
+        frames: The frames, or the posture, of its class of inputs, as in ``generate``; of an arm
+            that moves the newest that were measured.
     """
 
     time: float

@@ -80,7 +80,7 @@ def record(
     if callable(getattr(source, "act", None)):
         return close_the_loop(dressing, source, seed, observer)
     longest = dressing.config.time_limit
-    path = policy_path(source, posture, dressing.start, seed, DEFAULT_PATH_DT, longest)
+    path = policy_path(source, dressing.seen, dressing.start, seed, DEFAULT_PATH_DT, longest)
     return follow(dressing, path.positions, path.dt or DEFAULT_PATH_DT, observer)
 
 

@@ -19,7 +19,8 @@ class Evidence:
 
     Attributes:
         trace: What was measured, up to the protective stop if there was one.
-        shoulder: Shoulder joint (3,), in the robot's base frame [m].
+        shoulder: Shoulder joint (3,) of a still arm, in the robot's base frame [m]; where a moving
+            one is, the trace knows.
         time_left: What was left of the time when the robot had done all that it wanted to [s];
             below zero where that would have taken longer.
         thresholds: The numbers that decide.

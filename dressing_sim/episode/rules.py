@@ -102,8 +102,8 @@ class StoppedShort(Rule):
     @staticmethod
     def _gripper(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Distance from the shoulder and height above it in each row [m]."""
-        tcp, shoulder = evidence.trace.tcp, evidence.shoulder
-        return np.linalg.norm(tcp - shoulder, axis=1), tcp[:, 2] - shoulder[2]
+        tcp, shoulder = evidence.trace.tcp, evidence.trace.shoulder(evidence.shoulder)
+        return np.linalg.norm(tcp - shoulder, axis=1), tcp[:, 2] - shoulder[..., 2]
 
 
 class Stuck(Rule):

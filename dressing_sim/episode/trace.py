@@ -81,6 +81,8 @@ class Trace:
         hit_by: Index in `robot_links` of the link that hit each link of the mannequin hardest
             since the row before, -1 where none did, shape (n, n_links).
         hit_force: Normal force with which it did, shape (n, n_links) [N].
+        arm: Wrist, elbow and shoulder joint, shape (n, 3, 3), in the robot's base frame [m]; None
+            of an arm that stays in its posture.
     """
 
     dt: float
@@ -110,13 +112,19 @@ class Trace:
     penetration: NDArray[np.float64]
     hit_by: NDArray[np.intp]
     hit_force: NDArray[np.float64]
+    arm: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.tcp)
 
     def __getitem__(self, rows: slice) -> Trace:
-        columns = [f.name for f in fields(self) if f.name not in _CONSTANT]
-        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
+        names = [f.name for f in fields(self) if f.name not in _CONSTANT]
+        columns = {name: getattr(self, name) for name in names}
+        return replace(self, **{n: c[rows] for n, c in columns.items() if c is not None})
+
+    def shoulder(self, still: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Shoulder joint in each row, (n, 3), or that of a still arm, (3,), as given [m]."""
+        return still if self.arm is None else self.arm[:, 2]
 
     def limited(self) -> Iterator[Limited]:
         """What has a limit, row by row."""
@@ -136,7 +144,7 @@ class Trace:
         """The measurements at the end and at their extremes, SI units.
 
         Args:
-            shoulder: Shoulder joint (3,), in the robot's base frame [m].
+            shoulder: Shoulder joint (3,) of a still arm, in the robot's base frame [m].
         """
         upper_arm, whole_arm = self.dressed_ratio[-1]
         speed = np.linalg.norm(np.diff(self.tcp, axis=0), axis=1) / self.dt
@@ -147,7 +155,7 @@ class Trace:
         values = {
             "duration": len(self) * self.dt,
             "armscye_s": self.armscye_s[-1],
-            "gripper_distance": np.linalg.norm(self.tcp[-1] - shoulder),
+            "gripper_distance": np.linalg.norm((self.tcp - self.shoulder(shoulder))[-1]),
             "upper_arm_dressed_ratio": upper_arm,
             "whole_arm_dressed_ratio": whole_arm,
             "line_triangle_on": self.line_triangle_on[-1],

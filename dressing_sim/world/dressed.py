@@ -34,9 +34,10 @@ class ArmAxis:
     reach: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, posture: Posture) -> ArmAxis:
-        """The axis of a posture's arm."""
-        joints = np.stack([posture.wrist, posture.elbow, posture.shoulder])
+    def of(cls, posture: Posture, joints: NDArray[np.float64] | None = None) -> ArmAxis:
+        """The axis of a posture's arm, or of the same arm with its joints (3, 3) elsewhere [m]."""
+        if joints is None:
+            joints = np.stack([posture.wrist, posture.elbow, posture.shoulder])
         return cls(joints, (HAND_LENGTH, posture.arm_size.upper_arm_radius))
 
     @property

@@ -1,4 +1,4 @@
-"""The mannequin: torso, head and one arm of capsules, static during an episode.
+"""The mannequin: torso, head and one arm of capsules, static during an episode unless it moves.
 
 Extra spheres close the joints: without them cloth slips into the gap that two capsules leave
 when the elbow bends.
@@ -7,13 +7,13 @@ when the elbow bends.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from dressing_sim.arm import FORWARD, LEFT, UP, Posture
+from dressing_sim.world.person import DENSITY, add_chain
 
 SKIN = (0.93, 0.76, 0.65, 1.0)
 SHIRT = (0.62, 0.68, 0.74, 1.0)
@@ -36,23 +36,30 @@ HAND_LENGTH = 0.09
 _Part = tuple[np.ndarray, np.ndarray | None, float]
 
 
-def _add_link(
-    spec: mujoco.MjSpec,
-    shared: Mapping[str, Any],
+def _add_geoms(
+    body: mujoco.MjsBody,
     name: str,
     rgba: tuple[float, ...],
-    *parts: _Part,
+    parts: tuple[_Part, ...],
+    shared: Mapping[str, Any],
+    origin: np.ndarray,
+    density: float | None,
 ) -> None:
-    body = spec.worldbody.add_body(name=name)
+    """Add a link's geoms to its body, weightless if they close a joint, unless it has no density.
+
+    A body that cannot move needs none.
+    """
     for number, (start, end, radius) in enumerate(parts):
         kind, place = (
-            (mujoco.mjtGeom.mjGEOM_SPHERE, {"pos": start})
+            (mujoco.mjtGeom.mjGEOM_SPHERE, {"pos": start - origin})
             if end is None
-            else (mujoco.mjtGeom.mjGEOM_CAPSULE, {"fromto": [*start, *end]})
+            else (mujoco.mjtGeom.mjGEOM_CAPSULE, {"fromto": [*(start - origin), *(end - origin)]})
         )
-        body.add_geom(
+        geom = body.add_geom(
             name=f"{name}{number}", type=kind, size=[radius, 0, 0], rgba=rgba, **place, **shared
         )
+        if density is not None:
+            geom.density = 0.0 if end is None and name != "hand" else density
 
 
 def add_mannequin(
@@ -64,54 +71,60 @@ def add_mannequin(
 ) -> None:
     """Add the mannequin to the world, one body a link of `LINKS`, its arm in the given posture.
 
+    The bodies of a person who moves are a chain of joints, see `dressing_sim.world.person`.
+
     Args:
         spec: Model to edit; its world frame is the robot's base frame.
-        posture: Posture, size and place of the arm.
+        posture: Posture, size, place and motion of the arm.
         friction: Sliding friction coefficient of skin and cloth.
         contype: Contact type bits of every geom.
         conaffinity: Contact affinity bits of every geom.
     """
-    size = posture.arm_size
-    shoulder, elbow, wrist = posture.shoulder, posture.elbow, posture.wrist
-    fingers = wrist + HAND_LENGTH * (wrist - elbow) / size.forearm_length
-    middle = shoulder - SHOULDER_TO_MIDLINE * LEFT
-    chest = middle - 0.05 * UP
-
     shared = {
         "friction": [friction, 0.005, 0.0001],
         "contype": contype,
         "conaffinity": conaffinity,
         "condim": 3,
     }
-    link = partial(_add_link, spec, shared)
-    # Spheres at shoulder, elbow and wrist are a little larger than the capsules they join.
-    link(
-        "hand",
-        SKIN,
-        (wrist, fingers, 0.62 * size.hand_radius),
-        (fingers, None, 0.72 * size.hand_radius),
-    )
-    link(
-        "forearm",
-        SKIN,
-        (wrist, elbow, size.forearm_radius),
-        (wrist, None, 1.02 * size.forearm_radius),
-    )
-    link(
-        "upper_arm",
-        SKIN,
-        (elbow, shoulder, size.upper_arm_radius),
-        (elbow, None, 1.02 * size.upper_arm_radius),
-        (shoulder, None, 1.15 * size.upper_arm_radius),
-    )
+    chain = {} if posture.motion is None else add_chain(spec, posture)
+    for name, parts in _parts(posture).items():
+        rgba = SKIN if name in (*ARM_LINKS, "head") else SHIRT
+        if name in chain:
+            (body, origin), density = chain[name], DENSITY.get(name)
+        else:
+            body, origin, density = spec.worldbody.add_body(name=name), np.zeros(3), None
+        _add_geoms(body, name, rgba, parts, shared, origin, density)
+
+
+def _parts(posture: Posture) -> dict[str, tuple[_Part, ...]]:
+    """What each link is made of, in the robot's base frame."""
+    size = posture.arm_size
+    shoulder, elbow, wrist = posture.shoulder, posture.elbow, posture.wrist
+    fingers = wrist + HAND_LENGTH * (wrist - elbow) / size.forearm_length
+    middle = shoulder - SHOULDER_TO_MIDLINE * LEFT
+    chest = middle - 0.05 * UP
     right_shoulder = middle - SHOULDER_TO_MIDLINE * LEFT
     hip = chest - TORSO_LENGTH * UP
-    link(
-        "torso",
-        SHIRT,
-        (shoulder + 0.055 * -LEFT, right_shoulder + 0.055 * LEFT, 0.05),
-        (chest - 0.045 * LEFT, hip - 0.045 * LEFT, TORSO_RADIUS),
-        (chest + 0.045 * LEFT, hip + 0.045 * LEFT, TORSO_RADIUS),
-    )
     head = middle + HEAD_HEIGHT * UP + 0.02 * FORWARD
-    link("head", SKIN, (middle, head, 0.045), (head, None, HEAD_RADIUS))
+    # Spheres at shoulder, elbow and wrist are a little larger than the capsules they join.
+    return {
+        "hand": (
+            (wrist, fingers, 0.62 * size.hand_radius),
+            (fingers, None, 0.72 * size.hand_radius),
+        ),
+        "forearm": (
+            (wrist, elbow, size.forearm_radius),
+            (wrist, None, 1.02 * size.forearm_radius),
+        ),
+        "upper_arm": (
+            (elbow, shoulder, size.upper_arm_radius),
+            (elbow, None, 1.02 * size.upper_arm_radius),
+            (shoulder, None, 1.15 * size.upper_arm_radius),
+        ),
+        "torso": (
+            (shoulder + 0.055 * -LEFT, right_shoulder + 0.055 * LEFT, 0.05),
+            (chest - 0.045 * LEFT, hip - 0.045 * LEFT, TORSO_RADIUS),
+            (chest + 0.045 * LEFT, hip + 0.045 * LEFT, TORSO_RADIUS),
+        ),
+        "head": ((middle, head, 0.045), (head, None, HEAD_RADIUS)),
+    }

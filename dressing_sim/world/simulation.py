@@ -15,6 +15,7 @@ from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
 from dressing_sim.world.kernels import all_finite, fastest
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
+from dressing_sim.world.person import Person
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
 
@@ -103,6 +104,9 @@ class World:
         self.holding = True
         self._last_sound = 0.0
         self.doubts = np.zeros(len(DOUBTS))
+        self._still = np.stack([posture.wrist, posture.elbow, posture.shoulder])
+        self._person = None if posture.motion is None else Person(model, posture)
+        self._moves_since: float | None = None
         self._place(np.asarray(arm_configuration, dtype=float))
 
     def _place(self, q: NDArray[np.float64]) -> None:
@@ -161,6 +165,10 @@ class World:
         self._last_sound = float(state["flags"][0])
         self.holding = bool(state["flags"][1])
 
+    def begin_motion(self) -> None:
+        """From now on the person moves, if at all; until then it waits in its posture."""
+        self._moves_since = self.time
+
     @property
     def time(self) -> float:
         """Simulated time since the world was made [s]."""
@@ -183,6 +191,9 @@ class World:
         """
         if self.invalid_reason is None:
             self._last_sound = self.time
+        if self._person is not None:
+            since = self._moves_since
+            self._person.lead(self.data, None if since is None else self.time - since)
         mujoco.mj_step(self.model, self.data)
         share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
         self._load = self._load + share * (self.grip_force - self._load)
@@ -250,6 +261,17 @@ class World:
         return self.data.xpos[self._tcp].copy()
 
     @property
+    def arm_joints(self) -> NDArray[np.float64]:
+        """Wrist, elbow and shoulder joint, (3, 3), as the last physics step began."""
+        return self._still if self._person is None else self._person.joints(self.data)
+
+    @property
+    def person(self) -> NDArray[np.float64] | None:
+        """Coordinates (7,) of the mannequin's arm [m, rad], see `dressing_sim.motion.COORDINATES`;
+        None if it does not move."""
+        return None if self._person is None else self.data.qpos[self._person.positions].copy()
+
+    @property
     def cloth(self) -> NDArray[np.float64]:
         """Positions of the sleeve's vertices, (n_vertices, 3), as the last physics step began."""
         return self.data.flexvert_xpos[self._vertices].copy()
@@ -271,16 +293,23 @@ class World:
         distance = np.linalg.norm(offset - along[:, :, None] * axis, axis=2)
         return np.min(distance - model.geom_size[geoms, 0], axis=1)
 
-    def robot_clearance(self, configurations: NDArray[np.float64]) -> NDArray[np.float64]:
+    def robot_clearance(
+        self,
+        configurations: NDArray[np.float64],
+        persons: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]:
         """Distance (n,) [m] of the robot from the mannequin, negative where they overlap.
 
         Args:
-            configurations: Joint positions of the arm, (n, 7) [rad].
+            configurations: Joint positions of the robot's arm, (n, 7) [rad].
+            persons: `person` in each of them, (n, 7); its posture if not given.
         """
         data = mujoco.MjData(self.model)
         nearest = np.empty(len(configurations))
         for row, q in enumerate(configurations):
             data.qpos[self._arm_qpos] = q
+            if persons is not None and self._person is not None:
+                data.qpos[self._person.positions] = persons[row]
             mujoco.mj_kinematics(self.model, data)
             nearest[row] = self._contacts.robot_distance(self.model, data)
         return nearest
