@@ -22,7 +22,7 @@ from dressing_sim.learning.motion import minimum_jerk
 
 T = TypeVar("T", bound="Sway | Drift")
 
-#: The shoulder in the robot's base frame [m], then the angles of a posture [deg in names and files].
+#: The shoulder in the robot's base frame [m], then the angles of a posture [deg].
 COORDINATES = (
     *(f"shoulder_{axis}" for axis in "xyz"),
     "flexion_deg",

@@ -15,7 +15,7 @@ from suite_pictures import distance_table, draw_postures
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets
-from dressing_sim.suites.distribution import DRAWN_SUITES
+from dressing_sim.suites.drawn import DRAWN_SUITES
 from dressing_sim.suites.suites import load_suite, write_suite
 
 SUITES = assets() / "suites"

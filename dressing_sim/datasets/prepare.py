@@ -179,8 +179,7 @@ def posture_of(name: str, shoulder: Array, elbow: Array, wrist: Array, size: Arm
         ]
         try:
             x, y, z = shoulder.tolist()
-            given = dict(zip(ANGLE_LIMITS_DEG, map(float, inside), strict=True))
-            return Posture(name, **given, size=own, shoulder_position=(x, y, z))
+            return Posture(name, *map(float, inside), size=own, shoulder_position=(x, y, z))
         except InvalidInputError as wrong:
             error = error or wrong
     raise InvalidInputError(

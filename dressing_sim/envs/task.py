@@ -213,7 +213,7 @@ class Task:
     def _frames(self, posture: Posture) -> dict[str, NDArray[np.float64]]:
         """The paper's frames of an arm as observations; worked out once for each."""
         if self._framed[0] is not posture:
-            arrays = {}
+            arrays: dict[str, NDArray[np.float64]] = {}
             for name, frame in zip(SITUATION, posture.frames(), strict=True):
                 axes = np.clip(frame.A, -1.0, 1.0)  # rounded, a cosine may be a bit above one
                 arrays |= {f"{name}_position": frame.b, f"{name}_axes": axes}

@@ -9,6 +9,9 @@ from dressing_sim.episode.operator import Operator, OperatorConfig
 
 EXPERT = "expert"
 
+#: The same operator, who looks again while the arm moves; see `dressing_sim.policies.replanned`.
+EXPERT_REPLAN = "expert-replan"
+
 
 @dataclass(frozen=True, slots=True)
 class ExpertConfig:

@@ -18,7 +18,7 @@ from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
-from dressing_sim.policies.expert import EXPERT
+from dressing_sim.policies.expert import EXPERT, EXPERT_REPLAN
 from dressing_sim.policies.hyperparameters import changed, keyword_arguments, split_name
 from dressing_sim.provenance import source_hash
 
@@ -57,7 +57,7 @@ def known_name(name: str) -> str:
 
 def learns(name: str) -> bool:
     """Whether a policy of this name needs demonstrations."""
-    return split_name(name)[0] != EXPERT
+    return split_name(name)[0] not in (EXPERT, EXPERT_REPLAN)
 
 
 def make_policy(name: str, seed: int = 0) -> Policy:

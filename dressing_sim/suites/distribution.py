@@ -1,13 +1,11 @@
-"""Where postures are drawn from: ranges, what is kept of them, and the suites drawn from them."""
+"""Where postures are drawn from: ranges, and what is kept of them."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass
 from math import isfinite
 from types import NoneType
-from typing import Any
 
 import numpy as np
 
@@ -110,15 +108,16 @@ def sample_postures(
     of_kind(distribution, (PostureDistribution, NoneType), "distribution", valid)
     of_kind(prefix, str, "prefix", "a text")
     distribution, kinematics = distribution or PostureDistribution(), PandaKinematics()
-    return [_sample(f"{prefix}{i}", rng, distribution, kinematics) for i in range(n)]
+    return [sample_posture(f"{prefix}{i}", rng, distribution, kinematics) for i in range(n)]
 
 
-def _sample(
+def sample_posture(
     name: str,
     rng: np.random.Generator,
     distribution: PostureDistribution,
     kinematics: PandaKinematics,
 ) -> Posture:
+    """One random posture, see `sample_postures`."""
     refused: Counter[str] = Counter()
     for _ in range(MAX_DRAWS):
         shift = rng.uniform(-1.0, 1.0, 3) * distribution.shoulder_displacement
@@ -179,61 +178,3 @@ def reachable(posture: Posture, kinematics: PandaKinematics, clearance: float) -
     above = np.array([0.0, 0.0, clearance])
     path = np.stack([start, posture.elbow + above, posture.shoulder + above])
     return track_path(path, 3.0, q, kinematics, config).max_error <= config.max_error
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnSuite:
-    """A suite that was drawn once and is frozen in a file of ``assets/suites/``.
-
-    Attributes:
-        description: What it is for.
-        prefix: Postures are called this and their number.
-        n_postures: How many.
-        seed: Of its stream of random numbers, which no ``random:N:SEED`` uses.
-        distribution: Where it was drawn from.
-    """
-
-    description: str
-    prefix: str
-    n_postures: int
-    seed: int
-    distribution: PostureDistribution = field(default_factory=PostureDistribution)
-
-    def postures(self, n: int | None = None) -> list[Posture]:
-        """Draw the postures, or only the first n, again."""
-        # A seed alone is a stream of random:N:SEED; a spawn key branches off from all of these.
-        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(0,)))
-        drawn = sample_postures(self.n_postures if n is None else n, rng, self.distribution)
-        digits = len(str(self.n_postures - 1))
-        return [
-            replace(posture, name=f"{self.prefix}{number:0{digits}}")
-            for number, posture in enumerate(drawn)
-        ]
-
-    def header(self) -> dict[str, Any]:
-        """What the file says besides the postures."""
-        return {
-            "description": self.description,
-            "distribution": asdict(self.distribution),
-            "seed": self.seed,
-        }
-
-
-DRAWN_SUITES: Mapping[str, DrawnSuite] = {
-    "val50": DrawnSuite(
-        "Fifty random postures to choose settings on; results on them are not test results.",
-        "val",
-        50,
-        seed=1,
-    ),
-    "test200": DrawnSuite(
-        "Two hundred random postures to test on; nothing is chosen on them.", "test", 200, seed=2
-    ),
-    "hard_elbow": DrawnSuite(
-        "Fifty random postures with the elbow bent by 60 to 90 degrees, where sleeves get caught.",
-        "elbow",
-        50,
-        seed=3,
-        distribution=PostureDistribution(elbow_deg=(60.0, 90.0)),
-    ),
-}

@@ -20,13 +20,14 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets, is_file, write_file
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.sampling import euler_angles
-from dressing_sim.suites.distribution import DRAWN_SUITES, sample_postures
+from dressing_sim.suites.distribution import sample_postures
+from dressing_sim.suites.drawn import DRAWN_SUITES
 
 #: Version of the form of a suite's file.
 VERSION = 1
 
 #: What a suite's file may say; of these only the postures are needed.
-_KEYS = frozenset({"name", "version", "description", "distribution", "seed", "postures"})
+_KEYS = frozenset({"name", "version", "description", "distribution", "motions", "seed", "postures"})
 
 _RANDOM = re.compile(r"random:(?P<n>[1-9]\d{0,4})(:(?P<seed>\d{1,18}))?", re.ASCII)
 

@@ -23,9 +23,10 @@ from dressing_sim.motion import COORDINATES, JOINTS, UNITS, Motion
 #: Control of Human Movement".
 DENSITY = {"upper_arm": 1070.0, "forearm": 1130.0, "hand": 1160.0}
 
-#: Inertia added to joints that are led [kg, kg m^2]: ten newtons of cloth on a led arm change its
-#: speed by less than 0.1 mm/s in a physics step, before it is led again.
-LED = 1e3
+#: Inertia added to joints that are led [kg, kg m^2]: ten newtons of cloth change the speed of what
+#: is led by a ten-thousandth of a millimetre a second in a physics step, before it is led again,
+#: and a compliant arm feels of that a millionth of the force.
+LED = 1e6
 
 #: The body that carries torso, head and arm.
 _PERSON = "person"
@@ -43,7 +44,7 @@ def add_chain(spec: mujoco.MjSpec, posture: Posture) -> dict[str, _Placed]:
     """Add the bodies of a person who moves, without their geoms.
 
     Args:
-        spec: Model to edit.
+        spec: Model to edit, whose compiler takes angles in radians.
         posture: An arm with a motion.
 
     Returns:
@@ -175,4 +176,5 @@ def _leave_out_of_scale(model: mujoco.MjModel, dofs: NDArray[np.intp]) -> None:
     inertia = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, inertia)
     others = np.setdiff1d(np.arange(model.nv), dofs)
-    model.stat.meaninertia = float(np.diag(inertia)[others].mean())
+    if len(others):
+        model.stat.meaninertia = float(np.diag(inertia)[others].mean())

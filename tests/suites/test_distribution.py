@@ -8,7 +8,8 @@ from dressing_sim.arm import DEFAULT_SHOULDER, Posture
 from dressing_sim.control import PandaKinematics
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.suites import distribution as module
-from dressing_sim.suites.distribution import DRAWN_SUITES, PostureDistribution, reachable, refusal
+from dressing_sim.suites.distribution import PostureDistribution, reachable, refusal
+from dressing_sim.suites.drawn import DRAWN_SUITES
 
 KINEMATICS = PandaKinematics()
 CLEARANCE = PostureDistribution().shoulder_clearance

@@ -10,7 +10,8 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.sampling import rotation
-from dressing_sim.suites.distribution import DRAWN_SUITES, PostureDistribution, reachable
+from dressing_sim.suites.distribution import PostureDistribution, reachable
+from dressing_sim.suites.drawn import DRAWN_SUITES
 from dressing_sim.suites.suites import find_posture, situation_distance, suite_names, write_suite
 
 KINEMATICS = PandaKinematics()

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.expert import EXPERT_REPLAN
 from dressing_sim.policies.registry import DEFAULT, EXPERT
 from dressing_sim.policies.rivals import POLICIES as RIVALS
 
@@ -81,6 +82,14 @@ _RIVALS = (
     *(Entry(policy, case) for policy in RIVALS for case in _CASES),
 )
 
+#: Arms that move: who decides once where to go, and who looks again.
+_MOVED = (
+    Entry(EXPERT),
+    Entry(EXPERT_REPLAN),
+    *_OURS,
+    *(Entry(f"{DEFAULT}-replan", case) for case in _CASES),
+)
+
 PROTOCOLS: Mapping[str, Protocol] = {
     protocol.name: protocol
     for protocol in (
@@ -96,6 +105,8 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
         Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),
+        Protocol("moving", "moving", _MOVED, demonstration_sets=5),
+        Protocol("compliant", "compliant", _MOVED, demonstration_sets=5),
     )
 }
 
