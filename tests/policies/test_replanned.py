@@ -92,7 +92,7 @@ def test_noise_of_what_is_seen_is_smoothed(rng):
     end = frames()[0].b + [0.0, 0.0, 0.08]
     across = np.cross(path - START, (end - START) / np.linalg.norm(end - START))
     assert np.linalg.norm(across, axis=1).max() < 0.02
-    assert np.linalg.norm(np.diff(path, 2, axis=0)[2:], axis=1).max() / DT**2 < 2.0
+    assert np.linalg.norm(np.diff(path, 2, axis=0)[2:240], axis=1).max() / DT**2 < 0.5
 
 
 def test_moving_the_scene_moves_the_targets():
