@@ -122,7 +122,7 @@ def test_its_answer_moves_along_with_the_scene_as_far_as_it_says(policy, name):
         pytest.skip("it does not claim to")
     turn = TURN if claimed == ALL else UNTURNED
     # The default's path is resampled by an interpolation that is monotone in each coordinate.
-    near = 5e-4 if name == "transport" else 1e-5
+    near = 5e-4 if name.startswith("transport") else 1e-5
     askable = [policy]
     if name not in DRAWING:
         askable.append(fit(made(name), demonstrations(turn=turn, shift=SHIFT)))

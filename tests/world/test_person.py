@@ -87,7 +87,7 @@ def test_a_sway_is_where_the_formula_says_and_the_skin_as_fast(angles):
         (Drift("flexion_deg", -8.0, 0.5, 2.0),),
     )
     posture = arm(motion, angles)
-    alone, before = Alone(posture), None
+    alone, before, speeds = Alone(posture), None, np.zeros((3, 3))
     for number in range(120):
         time = 0.01 * number
         alone.step(time)
@@ -97,13 +97,11 @@ def test_a_sway_is_where_the_formula_says_and_the_skin_as_fast(angles):
         if before is not None:
             np.testing.assert_allclose((wanted - before) / 0.01, speeds, atol=2e-3)
         before = wanted
-        speed = np.zeros((6, 3))
-        for row, name in zip(speed[:3], ("hand", "forearm", "upper_arm"), strict=True):
+        for row, name in zip(speeds, ("hand", "forearm", "upper_arm"), strict=True):
             body = alone.model.body(name).id
             columns = np.zeros((3, alone.model.nv))
             mujoco.mj_jac(alone.model, alone.data, columns, None, alone.data.xpos[body], body)
             row[:] = columns @ alone.data.qvel
-        speeds = speed[:3]
 
 
 def test_what_is_led_no_force_moves():
@@ -184,8 +182,10 @@ def test_a_swing_dies_away_as_the_formula_of_a_damped_oscillator_says():
     natural = np.sqrt(8.67 / inertia)
     ringing = np.sqrt(natural**2 - decay**2)
     time = timestep * np.arange(1, len(angles) + 1)
-    wanted = 0.1 * np.exp(-decay * time) * (
-        np.cos(ringing * time) + decay / ringing * np.sin(ringing * time)
+    wanted = (
+        0.1
+        * np.exp(-decay * time)
+        * (np.cos(ringing * time) + decay / ringing * np.sin(ringing * time))
     )
     np.testing.assert_allclose(angles, wanted, atol=5e-3)
 
