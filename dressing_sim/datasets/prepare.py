@@ -179,7 +179,8 @@ def posture_of(name: str, shoulder: Array, elbow: Array, wrist: Array, size: Arm
         ]
         try:
             x, y, z = shoulder.tolist()
-            return Posture(name, *map(float, inside), size=own, shoulder_position=(x, y, z))
+            one, two, three, four = map(float, inside)
+            return Posture(name, one, two, three, four, own, (x, y, z))
         except InvalidInputError as wrong:
             error = error or wrong
     raise InvalidInputError(

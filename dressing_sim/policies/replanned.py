@@ -116,16 +116,15 @@ class ReplannedPolicy:
     def reset(self, seed: int = 0) -> None:
         """Begin an episode."""
         self._seed = seed
-        self._start: Vector | None = None
+        self._start: Vector = np.zeros(3)
         self._plan: _Plan | None = None
         self._frames: Situation | Posture | None = None
         self._clock = self._asked = 0.0
 
     def act(self, observation: Observation) -> NDArray[np.float64] | None:
         """The next target (3,) [m]; None once the gripper is at the path's end."""
-        if self._start is None:
-            self._start = observation.tcp
         if self._plan is None:
+            self._start = observation.tcp
             self._plan = self._planned(observation)
             self._asked = observation.time
         elif self._due(observation):
