@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,11 @@ from numpy.typing import NDArray
 
 from dressing_sim.episode.trace import Limited, Trace
 from dressing_sim.world.dressed import ArmAxis
+from dressing_sim.world.kernels import longest, near_limits
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
-
-#: Rows of which the windings are counted at a time; keeps the arrays small.
-_CHUNK = 64
 
 #: The column of the vertices' places, which a trace is worked out from but does not hold.
 _CLOTH = "cloth"
@@ -60,7 +59,7 @@ class Row:
 
     def limited(self) -> Limited:
         """What of it has a limit."""
-        most = float(np.linalg.norm(self.link_force, axis=1).max())
+        most = longest(self.link_force)
         return Limited(self.time, self.strain, self.grip_force, most, self.hit, self.holding)
 
 
@@ -81,6 +80,7 @@ class Meter:
         self._axis = ArmAxis.of(world.posture)
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
+        self._ends = [0, world.mesh.along - 1]
         self._earlier: dict[str, NDArray[Any]] = {}
         self._rows: list[dict[str, Any]] = []
         limits = joint_limits()
@@ -96,6 +96,7 @@ class Meter:
     def _begin_row(self) -> None:
         """What is since the row before begins anew."""
         self._limit_ratio = np.zeros(3)
+        self._hit = False
         self._hit_by = np.full(len(LINKS), -1)
         self._hit_force = np.zeros(len(LINKS))
         self._penetration = 0.0
@@ -103,12 +104,19 @@ class Meter:
     def observe_physics(self) -> None:
         """Look at what no physics step may do; to be called after each of them."""
         world = self._world
-        used = [world.arm_configuration - self._middle, world.arm_velocity, world.arm_torque]
-        ratio = np.abs(np.array(used) / self._limits).max(axis=1)
-        self._limit_ratio = np.maximum(self._limit_ratio, ratio)
-        self._penetration = max(self._penetration, world.cloth_load.depth)
+        now, limits = world.cloth_load, self._limits
+        near_limits(
+            world.arm_configuration,
+            world.arm_velocity,
+            world.arm_torque,
+            self._middle,
+            limits,
+            self._limit_ratio,
+        )
+        self._penetration = max(self._penetration, now.depth)
         # Asking for touches costs as much as everything else here.
-        for touch in world.touches() if world.cloth_load.others else ():
+        for touch in world.touches() if now.others else ():
+            self._hit = True
             if self._hit_by[touch.link] < 0 or touch.force > self._hit_force[touch.link]:
                 self._hit_by[touch.link] = touch.robot_link
                 self._hit_force[touch.link] = touch.force
@@ -127,20 +135,20 @@ class Meter:
     def _measure(self, target: NDArray[np.float64], number: int) -> tuple[Row, dict[str, Any]]:
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
         strain, forces = self._gauge.principal(cloth), world.cloth_load
-        rings = world.mesh.rings(cloth)
-        ends = self._axis.coordinate(np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)]))
+        off, load = tcp - target, world.grip_load
+        armscye_s, hem_s = self._axis.ring_coordinate(world.mesh.rings(cloth)[self._ends])
         row = Row(
             time=number * self._dt,
             tcp=tcp,
-            tracking_error=float(np.linalg.norm(tcp - target)),
+            tracking_error=sqrt(off.dot(off)),
             joint_position=world.arm_configuration,
-            grip_force=float(np.linalg.norm(world.grip_load)),
+            grip_force=sqrt(load.dot(load)),
             link_force=forces.net,
             hit_force=self._hit_force,
-            hit=bool((self._hit_by >= 0).any()),
+            hit=self._hit,
             strain=self._gauge.percentile(strain, self._percentile),
-            armscye_s=float(ends[0]),
-            hem_s=float(ends[1]),
+            armscye_s=float(armscye_s),
+            hem_s=float(hem_s),
             holding=world.holding,
         )
         kept = {
@@ -208,8 +216,7 @@ class Meter:
     def _progress(self, rings: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         """Where the rings are: the columns that say how far the sleeve is on."""
         axis = self._axis
-        parts = np.array_split(rings, len(rings) // _CHUNK + 1)
-        windings = np.concatenate([axis.winding(part) for part in parts])
+        windings = axis.winding(rings)
         armscye_s = axis.coordinate(rings[:, 0].mean(axis=1))
         triangle_s = axis.through_triangles(rings[:, 0])
         on = np.where(windings[:, 0] == 1, armscye_s, np.nan)

@@ -61,6 +61,107 @@ def cloth_on_links(
 
 
 @compiled
+def sensed(
+    flex: np.ndarray,
+    geom: np.ndarray,
+    distance: np.ndarray,
+    dim: np.ndarray,
+    address: np.ndarray,
+    frame: np.ndarray,
+    force: np.ndarray,
+    link_of_geom: np.ndarray,
+    grip: tuple[int, int],
+    share: float,
+    load: np.ndarray,
+    net: np.ndarray,
+    normal: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, int]:
+    """What force sensors read after a step, from what they read before it.
+
+    Args:
+        flex: As all up to ``link_of_geom`` of `cloth_on_links`.
+        grip: First row of the grip's constraints, and the one behind their last.
+        share: How much of a change a sensor sees in a step, 0 to 1.
+        load: Of the gripper before, (3,) [N].
+        net: As in `cloth_on_links`, as the sensors read it before.
+        normal: The like.
+
+    Returns:
+        The same of ``load``, ``net`` and ``normal`` now, and what `cloth_on_links` returns.
+    """
+    net_now, normal_now = np.empty_like(net), np.empty_like(normal)
+    depth, others = cloth_on_links(
+        flex, geom, distance, dim, address, frame, force, link_of_geom, net_now, normal_now
+    )
+    # A grip's force is that on the hand; the cloth feels the opposite.
+    pull = np.zeros(3)
+    for row in range(grip[0], grip[1]):
+        pull[(row - grip[0]) % 3] -= force[row]
+    for axis in range(3):
+        pull[axis] = load[axis] + share * (pull[axis] - load[axis])
+    for link in range(len(normal)):
+        normal_now[link] = normal[link] + share * (normal_now[link] - normal[link])
+        for axis in range(3):
+            before = net[link, axis]
+            net_now[link, axis] = before + share * (net_now[link, axis] - before)
+    return pull, net_now, normal_now, depth, others
+
+
+@compiled
+def servo_torques(
+    command: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    explicit: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    effort: np.ndarray,
+) -> np.ndarray:
+    """Torques (n,) of servos [N m], all arguments (n,), see `World.arm_torque`."""
+    torque = np.empty_like(position)
+    for i in range(len(position)):
+        torque[i] = explicit[i]
+        if abs(explicit[i]) < effort[i]:
+            torque[i] = stiffness[i] * (command[i] - position[i]) - damping[i] * velocity[i]
+    return torque
+
+
+@compiled
+def near_limits(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    torque: np.ndarray,
+    middle: np.ndarray,
+    limits: np.ndarray,
+    ratio: np.ndarray,
+) -> None:
+    """Raise ratios (3,) to how near joints (n,) are to any of their limits.
+
+    Args:
+        position: Positions (n,) [rad].
+        velocity: Their speeds (n,) [rad/s].
+        torque: Torques (n,) [N m].
+        middle: Middle of the range of positions, (n,) [rad].
+        limits: Of positions, from there, of speeds and of torques, (3, n).
+        ratio: Of the three, 1 at the limit, which is written.
+    """
+    for i in range(len(position)):
+        ratio[0] = max(ratio[0], abs(position[i] - middle[i]) / limits[0, i])
+        ratio[1] = max(ratio[1], abs(velocity[i]) / limits[1, i])
+        ratio[2] = max(ratio[2], abs(torque[i]) / limits[2, i])
+
+
+@compiled
+def longest(vectors: np.ndarray) -> float:
+    """The largest length of vectors (n, 3)."""
+    most = 0.0
+    for i in range(len(vectors)):
+        square = vectors[i, 0] ** 2 + vectors[i, 1] ** 2 + vectors[i, 2] ** 2
+        most = max(most, square)
+    return np.sqrt(most)
+
+
+@compiled
 def fastest(velocities: np.ndarray) -> float:
     """The largest speed of velocities (3 n,), three numbers each."""
     most = 0.0
@@ -71,12 +172,24 @@ def fastest(velocities: np.ndarray) -> float:
 
 
 @compiled
-def all_finite(values: np.ndarray) -> bool:
-    """Whether every number of (n,) is finite."""
-    finite = True
-    for value in values:
-        finite = finite and np.isfinite(value)
-    return finite
+def is_sound(
+    warnings: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    doubts: np.ndarray,
+    longest: float,
+) -> bool:
+    """Whether there is no warning, no doubt longer than so, and every number is finite."""
+    sound = True
+    for number in warnings:
+        sound = sound and number == 0
+    for time in doubts:
+        sound = sound and not time > longest
+    for value in positions:
+        sound = sound and np.isfinite(value)
+    for value in velocities:
+        sound = sound and np.isfinite(value)
+    return sound
 
 
 @compiled
@@ -103,6 +216,33 @@ def principal_strain(
 
 
 @compiled
+def edge_strain(
+    vertices: np.ndarray, edges: np.ndarray, rest: np.ndarray, strain: np.ndarray
+) -> None:
+    """Strain (n_edges,) of edges (n_edges, 2) of places (n_vertices, 3), of lengths at rest."""
+    for e in range(len(edges)):
+        square = 0.0
+        for axis in range(3):
+            square += (vertices[edges[e, 1], axis] - vertices[edges[e, 0], axis]) ** 2
+        strain[e] = np.sqrt(square) / rest[e] - 1.0
+
+
+@compiled
+def percentile(values: np.ndarray, weights: np.ndarray, percent: float) -> float:
+    """The value of (n,) that `percent` per cent of the weight (n,) stays at or below."""
+    order = np.argsort(values)
+    total = 0.0
+    for i in order:
+        total += weights[i]
+    covered, wanted = 0.0, percent / 100.0 * total
+    for i in order:
+        covered += weights[i]
+        if covered >= wanted:
+            return values[i]
+    return values[order[-1]]
+
+
+@compiled
 def arm_coordinate(points: np.ndarray, joints: np.ndarray, s: np.ndarray) -> None:
     """Arm coordinate (n,) of the points (n, 3), see `ArmAxis.coordinate`."""
     wrist, elbow, shoulder = joints[0], joints[1], joints[2]
@@ -120,3 +260,74 @@ def arm_coordinate(points: np.ndarray, joints: np.ndarray, s: np.ndarray) -> Non
             d1 += (points[i, axis] - (wrist[axis] + s1 * forearm[axis])) ** 2
             d2 += (points[i, axis] - (elbow[axis] + s2 * upper[axis])) ** 2
         s[i] = s1 if d1 <= d2 else 1.0 + s2
+
+
+@compiled
+def ring_coordinates(rings: np.ndarray, joints: np.ndarray, s: np.ndarray) -> None:
+    """Arm coordinate (n,) of the centres of rings (n, n_around, 3), see `arm_coordinate`."""
+    centres = np.empty((len(rings), 3))
+    for i in range(len(rings)):
+        for axis in range(3):
+            place = 0.0
+            for vertex in range(rings.shape[1]):
+                place += rings[i, vertex, axis]
+            centres[i, axis] = place / rings.shape[1]
+    arm_coordinate(centres, joints, s)
+
+
+@compiled
+def windings(rings: np.ndarray, chain: np.ndarray, counted: np.ndarray) -> None:
+    """How often (n,) rings (n, n_around, 3) wind round a chain (m, 3), see `ArmAxis.winding`.
+
+    Between a segment p1 p2 of the chain and one q1 q2 of a ring there are four planes: two through
+    a p and the ring's segment, and two through a q and the chain's segment. Neighbours share them.
+    """
+    n_around, n_chain = rings.shape[1], len(chain)
+    at_p, at_q = np.empty((n_chain, 3)), np.empty((2, n_chain - 1, 3))
+    for r in range(len(rings)):
+        ring, area = rings[r], 0.0
+        for k in range(n_chain - 1):
+            _normal(ring[0], chain[k], ring[0], chain[k + 1], at_q[0, k])
+        for i in range(n_around):
+            here, there = ring[i], ring[(i + 1) % n_around]
+            now, after = i % 2, (i + 1) % 2
+            for k in range(n_chain):
+                _normal(here, chain[k], there, chain[k], at_p[k])
+            for k in range(n_chain - 1):
+                _normal(there, chain[k], there, chain[k + 1], at_q[after, k])
+                n1, n2, n3, n4 = at_p[k], at_q[after, k], at_p[k + 1], at_q[now, k]
+                angles = _arcsin(n1, n2) - _arcsin(n2, n3) + _arcsin(n3, n4) - _arcsin(n4, n1)
+                area += angles * _side(chain[k], chain[k + 1], here, there)
+        counted[r] = round(area / (4.0 * np.pi))
+
+
+@compiled
+def _normal(
+    a: np.ndarray, a_from: np.ndarray, b: np.ndarray, b_from: np.ndarray, n: np.ndarray
+) -> None:
+    """Unit vector n (3,) along the cross product of two ways; zero if that is."""
+    ax, ay, az = a[0] - a_from[0], a[1] - a_from[1], a[2] - a_from[2]
+    bx, by, bz = b[0] - b_from[0], b[1] - b_from[1], b[2] - b_from[2]
+    n[0], n[1], n[2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
+    for axis in range(3):
+        n[axis] /= length if length > 0.0 else 1.0
+
+
+@compiled
+def _arcsin(a: np.ndarray, b: np.ndarray) -> float:
+    """Arc sine of the dot product of unit vectors (3,)."""
+    return np.arcsin(min(max(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], -1.0), 1.0))
+
+
+@compiled
+def _side(p1: np.ndarray, p2: np.ndarray, q1: np.ndarray, q2: np.ndarray) -> float:
+    """On which side of the segment p1 p2 a segment q1 q2 passes: 1, -1, or 0 if they meet."""
+    ax, ay, az = p2[0] - p1[0], p2[1] - p1[1], p2[2] - p1[2]
+    bx, by, bz = q2[0] - q1[0], q2[1] - q1[1], q2[2] - q1[2]
+    volume = (
+        (ay * bz - az * by) * (q1[0] - p1[0])
+        + (az * bx - ax * bz) * (q1[1] - p1[1])
+        + (ax * by - ay * bx) * (q1[2] - p1[2])
+    )
+    return np.sign(volume)
