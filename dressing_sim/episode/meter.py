@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.episode.columns import Columns
 from dressing_sim.episode.trace import Limited, Trace
 from dressing_sim.world.dressed import ArmAxis
 from dressing_sim.world.kernels import longest, near_limits
@@ -81,8 +82,8 @@ class Meter:
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
         self._ends = [0, world.mesh.along - 1]
-        self._earlier: dict[str, NDArray[Any]] = {}
-        self._rows: list[dict[str, Any]] = []
+        self._columns = Columns()
+        self._trace: Trace | None = None
         limits = joint_limits()
         self._middle = 0.5 * (limits.upper + limits.lower)
         # Of positions, counted from the middle of their range, speeds and torques.
@@ -91,7 +92,7 @@ class Meter:
         self._begin_row()
 
     def __len__(self) -> int:
-        return len(self._earlier.get("tcp", ())) + len(self._rows)
+        return len(self._columns)
 
     def _begin_row(self) -> None:
         """What is since the row before begins anew."""
@@ -124,7 +125,8 @@ class Meter:
     def read(self, target: NDArray[np.float64]) -> Row:
         """Measure now, and keep it; `target` (3,) is where the gripper should be [m]."""
         row, kept = self._measure(target, len(self) + 1)
-        self._rows.append(kept)
+        self._columns.append(kept)
+        self._trace = None
         self._begin_row()
         return row
 
@@ -171,24 +173,21 @@ class Meter:
         return row, kept
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """All that was kept, an array a column, for `restore`; the rows stay as they are."""
-        if self._rows:
-            rows, earlier = self._rows, self._earlier
-            fresh = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-            self._earlier = {
-                name: np.concatenate([earlier[name], column]) if earlier else column
-                for name, column in fresh.items()
-            }
-            self._rows = []
-        return dict(self._earlier)
+        """All that was kept, an array a column, for `restore`."""
+        return self._columns.copies()
 
     def restore(self, columns: Mapping[str, NDArray[Any]]) -> None:
         """Go on after the rows that `columns` held."""
-        self._earlier, self._rows = dict(columns), []
+        self._columns, self._trace = Columns(columns), None
         self._begin_row()
 
     def trace(self) -> Trace:
-        """All rows so far, of which there must be one."""
+        """All rows so far, of which there must be one; the same object until there is another."""
+        if self._trace is None:
+            self._trace = self._worked_out()
+        return self._trace
+
+    def _worked_out(self) -> Trace:
         columns = self.columns()
         cloth = columns.pop(_CLOTH)
         return Trace(

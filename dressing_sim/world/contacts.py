@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from dressing_sim.world.kernels import cloth_on_links, sensed
 from dressing_sim.world.mannequin import LINKS
 
+#: The first arguments of `cloth_on_links` and of `sensed`.
+_Contacts = tuple[Any, Any, Any, Any, Any, Any, Any, Any]
+
 
 @dataclass(frozen=True, slots=True)
 class Touch:
@@ -99,11 +102,9 @@ class ContactReader:
         read: Any = sensed(*self._contacts(data), grip, share, load, cloth.net, cloth.normal)
         return read[0], ClothForces(*read[1:])
 
-    def _contacts(self, data: mujoco.MjData) -> tuple[Any, ...]:
-        """The first arguments of `cloth_on_links`."""
-        of = data.contact
-        places = of.flex, of.geom, of.dist, of.dim, of.efc_address, of.frame
-        return *places, data.efc_force, self._link
+    def _contacts(self, data: mujoco.MjData) -> _Contacts:
+        of, force = data.contact, data.efc_force
+        return of.flex, of.geom, of.dist, of.dim, of.efc_address, of.frame, force, self._link
 
     def robot(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Net force of the robot on each link, shape (n_links, 3) [N], in the current step."""
