@@ -74,10 +74,10 @@ def real_array(
 
 def real_vector(values: object, n: int, name: str, unit: str = "") -> NDArray[np.float64]:
     """A new array (n,) of finite real numbers, see `real_array`."""
-    # Most are in order, and checked in every control step; what is no number is not below.
+    # Most are in order, and checked in every control step; what is no number has no length below.
     if type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (n,):
         array: NDArray[np.float64] = values
-        if np.abs(array).max(initial=0.0) <= LARGEST:
+        if array.dot(array) <= LARGEST**2:
             return np.array(array)
     return np.array(real_array(values, (n,), name, unit))
 

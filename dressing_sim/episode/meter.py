@@ -22,6 +22,9 @@ from dressing_sim.world.strain import StrainGauge
 #: The column of the vertices' places, which a trace is worked out from but does not hold.
 _CLOTH = "cloth"
 
+#: No link of the robot, for each of the mannequin.
+_UNTOUCHED = np.full(len(LINKS), -1)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Row:
@@ -98,20 +101,20 @@ class Meter:
         """What is since the row before begins anew."""
         self._limit_ratio = np.zeros(3)
         self._hit = False
-        self._hit_by = np.full(len(LINKS), -1)
+        self._hit_by = _UNTOUCHED.copy()
         self._hit_force = np.zeros(len(LINKS))
         self._penetration = 0.0
 
     def observe_physics(self) -> None:
         """Look at what no physics step may do; to be called after each of them."""
         world = self._world
-        now, limits = world.cloth_load, self._limits
+        now = world.cloth_load
         near_limits(
             world.arm_configuration,
             world.arm_velocity,
             world.arm_torque,
             self._middle,
-            limits,
+            self._limits,
             self._limit_ratio,
         )
         self._penetration = max(self._penetration, now.depth)

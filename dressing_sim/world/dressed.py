@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.world.kernels import arm_coordinate, ring_coordinates, windings
+from dressing_sim.world.axis_kernels import arm_coordinate, ring_coordinates, windings
 from dressing_sim.world.mannequin import HAND_LENGTH
 
 #: How far the arm's axis is prolonged beyond the wrist and the shoulder to count windings, in

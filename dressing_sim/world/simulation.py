@@ -237,16 +237,17 @@ class World:
         # MuJoCo clips what a servo would do in the state before the step. If that is within the
         # limit, the discrete integrator applies what it does in the state after the step.
         data, dofs = self.data, self._arm_dof
-        servo = servo_torques(
+        torque: NDArray[np.float64] = servo_torques(
             data.ctrl[self._arm_actuator],
             data.qpos[self._arm_qpos],
             data.qvel[dofs],
             data.actuator_force[self._arm_actuator],
+            data.qfrc_gravcomp[dofs],
             self._stiffness,
             self._damping,
             joint_limits().effort,
         )
-        return servo + data.qfrc_gravcomp[dofs]
+        return torque
 
     @property
     def tcp_position(self) -> NDArray[np.float64]:
