@@ -74,6 +74,11 @@ def real_array(
 
 def real_vector(values: object, n: int, name: str, unit: str = "") -> NDArray[np.float64]:
     """A new array (n,) of finite real numbers, see `real_array`."""
+    # Most are in order, and checked in every control step; what is no number has no length below.
+    if type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (n,):
+        array: NDArray[np.float64] = values
+        if array.dot(array) <= LARGEST**2:
+            return np.array(array)
     return np.array(real_array(values, (n,), name, unit))
 
 

@@ -21,7 +21,6 @@ VERSIONED = (
     "dressing-sim",
     "mujoco",
     "pin",
-    "pin-pink",
     "daqp",
     "numpy",
     "scipy",

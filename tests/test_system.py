@@ -17,7 +17,7 @@ import importlib.util, os, pkgutil, signal, sys
 
 for name in ("fcntl", "resource", "termios", "pwd", "grp"):
     sys.modules[name] = None
-import numpy, scipy, h5py, matplotlib, mujoco, pinocchio, pink  # theirs is their own affair
+import numpy, scipy, h5py, matplotlib, mujoco, pinocchio, daqp  # theirs is their own affair
 for name in ("sched_getaffinity", "fork", "getuid"):
     if hasattr(os, name):
         delattr(os, name)

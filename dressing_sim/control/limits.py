@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pink
 import pinocchio as pin
 from numpy.typing import NDArray
-from pink.limits.limit import Limit
+
+from dressing_sim.control.kernels import farthest_moves, moved
 
 #: Largest joint accelerations of a command [rad/s^2]: half of what the Panda's control interface
 #: accepts. A servo that is asked for more than its torque saturates, falls behind and overshoots.
@@ -22,13 +22,14 @@ SPEED_SHARE = 0.5
 POSITION_MARGIN = 0.01
 
 
-class JointLimitConstraint(Limit):
-    """Bounds on the joints' next move, which all are bounds on each joint alone.
+class JointLimits:
+    """Limits of the joints' next move, each of which is of one joint alone.
 
     Its speed stays below its limit, changes by no more than the largest acceleration a, and is so
     low that the joint can still come to rest within the distance d to its end of travel:
     ``v dt + v^2 / 2 a <= d`` (a step at v, then braking). Whoever keeps this keeps it one step
-    later by braking, so there always is a solution.
+    later by braking, so there always is a solution. Beyond a limit the least speed is negative: a
+    joint comes back, no faster than any joint may go.
 
     Args:
         model: The robot.
@@ -40,33 +41,26 @@ class JointLimitConstraint(Limit):
         self.upper = model.upperPositionLimit - POSITION_MARGIN
         self._speed = SPEED_SHARE * model.velocityLimit
         self._acceleration = acceleration
-        self._sides = np.vstack([np.eye(model.nv), -np.eye(model.nv)])
         self.velocity = np.zeros(model.nv)
         """What the joints last moved with [rad/s]."""
 
-    def clipped(self, q: NDArray[np.float64], previous: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Positions (7,) [rad] within the limits or, coming back, no further out than before."""
-        return np.clip(q, np.minimum(self.lower, previous), np.maximum(self.upper, previous))
+    def bounds(self, q: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+        """How far each joint may go up from q (n,) [rad] in a step, then down, (2 n,) [rad]."""
+        bounds = np.empty(2 * len(q))
+        farthest_moves(
+            *(q, self.velocity, self.lower, self.upper, self._speed, self._acceleration, dt, bounds)
+        )
+        return bounds
 
-    def _fastest(
-        self, room: NDArray[np.float64], now: NDArray[np.float64], dt: float
+    def moved(
+        self, q: NDArray[np.float64], move: NDArray[np.float64], dt: float
     ) -> NDArray[np.float64]:
-        """Largest speed towards one side, from the room and the speed now in its direction.
+        """Where a move (n,) [rad] leads from q (n,) [rad]; `velocity` is then that of it.
 
-        It is negative beyond the limit: a joint comes back, no faster than any joint may go.
+        The solver keeps the limits up to its tolerance; this is within them or, coming back, no
+        further out than before.
         """
-        a = self._acceleration
-        if np.isinf(a).any():
-            return np.maximum(np.minimum(self._speed, room / dt), -self._speed)
-        stopping = np.sqrt((a * dt) ** 2 + 2.0 * a * np.maximum(room, 0.0)) - a * dt
-        back = np.maximum(room / dt, -self._speed)
-        stopping = np.where(room < 0.0, back, stopping)
-        return np.maximum(np.minimum(np.minimum(self._speed, stopping), now + a * dt), now - a * dt)
-
-    def compute_qp_inequalities(
-        self, configuration: pink.Configuration, dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Matrix G and vector h of ``G move <= h``."""
-        up = self._fastest(self.upper - configuration.q, self.velocity, dt)
-        down = self._fastest(configuration.q - self.lower, -self.velocity, dt)
-        return self._sides, dt * np.concatenate([up, down])
+        to, velocity = np.empty_like(q), np.empty_like(q)
+        moved(q, move, self.lower, self.upper, dt, to, velocity)
+        self.velocity = velocity
+        return to

@@ -1,7 +1,7 @@
 """From a path of the gripper to joint commands: differential inverse kinematics with limits.
 
-Each control step solves one quadratic program (pink on Pinocchio, solver DAQP) well within the
-joint position and velocity limits of the URDF, and with accelerations that the servos can follow.
+Each control step solves one quadratic program (see `MoveProgram`) well within the joint position
+and velocity limits of the URDF, and with accelerations that the servos can follow.
 The gripper's position has priority by weight; the hand points down and may turn about the vertical,
 since the paper's policies say positions only.
 """
@@ -9,20 +9,20 @@ since the paper's policies say positions only.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
-import pink
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
-from pink.tasks import FrameTask, PostureTask
 
 from dressing_sim.checks import real_array, real_vector
 from dressing_sim.config import check_numbers
 from dressing_sim.control.kinematics import PandaKinematics
-from dressing_sim.control.limits import MAX_ACCELERATION, JointLimitConstraint
+from dressing_sim.control.limits import MAX_ACCELERATION, JointLimits
+from dressing_sim.control.program import MoveProgram
 from dressing_sim.control.retiming import retime, smooth, times_of
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.panda import HOME, TCP_BODY
+from dressing_sim.world.panda import HOME
 
 #: The hand pointing down, fingers opening along the base's y axis.
 HAND_DOWN = np.diag([1.0, -1.0, -1.0])
@@ -85,18 +85,11 @@ class JointTrajectory:
         return float(self.errors.max())
 
 
-class _Configuration(pink.Configuration):
-    """Pink's, whose own check would only complain of a robot that is on its way back."""
-
-    def check_limits(self, tol: float = 1e-6, safety_break: bool = True) -> None:
-        """The limits are those of `JointLimitConstraint`."""
-
-
 class Tracker:
     """Follows targets of the gripper, one control step at a time.
 
     Every command keeps the joints' limits of position, speed and acceleration (see
-    `JointLimitConstraint`). A target that is farther than one step at ``config.max_speed`` is
+    `JointLimits`). A target that is farther than one step at ``config.max_speed`` is
     approached at this speed, gathered and lost at `GRIPPER_ACCELERATION`. What it is
     at, it remembers: commands continue each other.
 
@@ -117,25 +110,19 @@ class Tracker:
         acceleration: ArrayLike = MAX_ACCELERATION,
     ) -> None:
         self.config = config or TrackingConfig()
-        self._model = kinematics.model
-        self._limits = JointLimitConstraint(self._model, np.array(acceleration, dtype=float))
-        self._configuration = _Configuration(self._model, self._model.createData(), np.array(HOME))
+        self._program = MoveProgram(kinematics.model, self.config.posture_cost)
+        self._limits = JointLimits(kinematics.model, np.array(acceleration, dtype=float))
         # The third rotation, about the hand's own axis, costs nothing unless it is asked for.
-        tilt = self.config.tilt_cost
-        self._hand = FrameTask(
-            TCP_BODY,
-            position_cost=self.config.position_cost,
-            orientation_cost=[tilt, tilt, 0.0],
-        )
-        posture = PostureTask(cost=self.config.posture_cost)
-        posture.set_target(np.array(HOME))
-        self._tasks = [self._hand, posture]
+        place, tilt = self.config.position_cost, self.config.tilt_cost
+        self._weight = np.diag([place, place, place, tilt, tilt, 0.0])
+        self._turning_weight = np.diag([place, place, place, tilt, tilt, tilt])
+        self._target: NDArray[np.float64] | None = None
         self.reset(np.array(HOME))
 
     @property
     def command(self) -> NDArray[np.float64]:
         """The last command: joint positions (7,) [rad]."""
-        return self._configuration.q.copy()
+        return self._program.q.copy()
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -145,6 +132,8 @@ class Tracker:
     @property
     def target(self) -> NDArray[np.float64]:
         """The target (3,) that the last command approached, in the robot's base frame [m]."""
+        if self._target is None:
+            self._target = self._program.gripper()
         return self._target.copy()
 
     def reset(
@@ -165,15 +154,12 @@ class Tracker:
         Raises:
             InvalidInputError: A value of another shape, or one that is not finite.
         """
-        n = self._model.nv
-        start = real_vector(q, n, "joint positions have", "rad")
+        n = len(HOME)
+        self._program.place(real_vector(q, n, "joint positions have", "rad"))
         self._limits.velocity = np.zeros(n)
         if velocity is not None:
             self._limits.velocity = real_vector(velocity, n, "joint velocities have", "rad/s")
-        self._configuration.update(start)
-        self._target = (
-            self._gripper() if target is None else real_vector(target, 3, "target has", "m")
-        )
+        self._target = None if target is None else real_vector(target, 3, "target has", "m")
         self.speed = float(speed)
         self.error = 0.0
 
@@ -196,43 +182,29 @@ class Tracker:
         """
         wanted = real_vector(target, 3, "target has", "m")
         orientation = HAND_DOWN if rotation is None else checked_rotation(rotation)
-        self._target = self._approached(wanted)
-        tilt = self.config.tilt_cost
-        self._hand.set_orientation_cost([tilt, tilt, 0.0 if rotation is None else tilt])
-        self._hand.set_target(pin.SE3(orientation, self._target))
-        velocity = pink.solve_ik(
-            self._configuration,
-            self._tasks,
-            self.config.dt,
-            solver="daqp",
-            damping=1e-9,
-            limits=[self._limits],
-            safety_break=False,
-        )
-        before = self._configuration.q
-        # The solver keeps the limits up to its tolerance; the robot gets them exactly.
-        q = self._limits.clipped(self._configuration.integrate(velocity, self.config.dt), before)
-        self._limits.velocity = (q - before) / self.config.dt
-        self._configuration.update(q)
-        self.error = float(np.linalg.norm(self._gripper() - self._target))
-        return q.copy()
+        weight = self._weight if rotation is None else self._turning_weight
+        program, dt = self._program, self.config.dt
+        place = self._target = self._approached(wanted)
+        bounds = self._limits.bounds(program.q, dt)
+        move = program.move(pin.SE3(orientation, place), weight, bounds)
+        program.place(self._limits.moved(program.q, move, dt))
+        off = program.gripper() - place
+        self.error = sqrt(off.dot(off))
+        return self.command
 
     def _approached(self, target: NDArray[np.float64]) -> NDArray[np.float64]:
         """The target, or as far towards it as the gripper may go in one step."""
-        way, dt = target - self._target, self.config.dt
-        length = float(np.linalg.norm(way))
+        before, dt = self.target, self.config.dt
+        way = target - before
+        far = sqrt(way.dot(way))
         # Paths are retimed to just the highest speed; rounding must not change them.
-        if length <= self.config.max_speed * dt * (1.0 + 1e-6):
-            self.speed = length / dt
+        if far <= self.config.max_speed * dt * (1.0 + 1e-6):
+            self.speed = far / dt
             return target
         faster = self.speed + GRIPPER_ACCELERATION * dt
-        braking = float(np.sqrt(2.0 * GRIPPER_ACCELERATION * length))
+        braking = sqrt(2.0 * GRIPPER_ACCELERATION * far)
         self.speed = min(self.config.max_speed, faster, braking)
-        return self._target + self.speed * dt / length * way
-
-    def _gripper(self) -> NDArray[np.float64]:
-        place = self._configuration.get_transform_frame_to_world(TCP_BODY).translation
-        return np.array(place)
+        return before + self.speed * dt / far * way
 
 
 def checked_rotation(values: object) -> NDArray[np.float64]:

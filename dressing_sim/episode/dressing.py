@@ -198,16 +198,17 @@ class Dressing:
 
     def _advance(self, command: NDArray[np.float64], target: NDArray[np.float64]) -> Row:
         dt = self.config.tracking.dt
-        before = np.stack([self._command, self._velocity])
-        after = np.stack([command, (command - self._command) / dt])
+        velocity = (command - self._command) / dt
+        move, faster = command - self._command, velocity - self._velocity
         for number in range(1, self._substeps + 1):
-            self._world.command(*(before + number / self._substeps * (after - before)))
+            share = number / self._substeps
+            self._world.command(self._command + share * move, self._velocity + share * faster)
             self._world.step()
             self._meter.observe_physics()
         self._invalid = self._world.invalid_reason
         # The world tells where the gripper was one physics step ago.
         now = target - (target - self._target) / self._substeps
-        self._command, self._velocity, self._target = after[0], after[1], target
+        self._command, self._velocity, self._target = command, velocity, target
         if self._invalid is None:
             self._row = self._meter.read(now)
             self._stopped = bool(self._watch.observe(self._row.limited())) or self._stopped

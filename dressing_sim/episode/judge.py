@@ -31,8 +31,8 @@ class ProtectiveStop:
 
     def __init__(self, thresholds: Thresholds, dt: float, rules: Sequence[Rule] = RULES) -> None:
         self._thresholds = thresholds
-        self._rules = [rule for rule in rules if rule.ends]
-        self._patience = [round(rule.patience(thresholds) / dt) for rule in self._rules]
+        watched = [rule for rule in rules if rule.ends]
+        self._watched = [(rule, round(rule.patience(thresholds) / dt)) for rule in watched]
         self.runs: dict[str, list[int]] = {}
         """For how many rows each limit of a rule has been exceeded in one go."""
 
@@ -44,13 +44,15 @@ class ProtectiveStop:
             with the number of rows for which it has been so.
         """
         reasons = {}
-        for rule, patience in zip(self._rules, self._patience, strict=True):
+        for rule, patience in self._watched:
             exceeded = rule.exceeded(now, self._thresholds)
-            before = self.runs.get(rule.name, [0] * len(exceeded))
-            runs = [n + 1 if over else 0 for n, over in zip(before, exceeded, strict=True)]
+            runs = [0] * len(exceeded)
+            if any(exceeded):
+                before = self.runs.get(rule.name, runs)
+                runs = [n + 1 if over else 0 for n, over in zip(before, exceeded, strict=True)]
+                if max(runs) > patience:
+                    reasons[rule.name] = max(runs)
             self.runs[rule.name] = runs
-            if max(runs, default=0) > patience:
-                reasons[rule.name] = max(runs)
         return reasons
 
 

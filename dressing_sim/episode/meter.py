@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.episode.columns import Columns
 from dressing_sim.episode.trace import Limited, Trace
 from dressing_sim.world.dressed import ArmAxis
+from dressing_sim.world.kernels import longest, near_limits
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
-
-#: Rows of which the windings are counted at a time; keeps the arrays small.
-_CHUNK = 64
 
 #: The column of the vertices' places, which a trace is worked out from but does not hold.
 _CLOTH = "cloth"
 
 #: Columns of an arm that moves: its joints, and its coordinates, which no trace holds.
 _ARM, _PERSON = "arm", "person"
+
+#: No link of the robot, for each of the mannequin.
+_UNTOUCHED = np.full(len(LINKS), -1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +66,7 @@ class Row:
 
     def limited(self) -> Limited:
         """What of it has a limit."""
-        most = float(np.linalg.norm(self.link_force, axis=1).max())
+        most = longest(self.link_force)
         return Limited(self.time, self.strain, self.grip_force, most, self.hit, self.holding)
 
 
@@ -85,8 +88,9 @@ class Meter:
         self._person = world.person
         self._gauge = StrainGauge(world.mesh)
         self._percentile = strain_percentile
-        self._earlier: dict[str, NDArray[Any]] = {}
-        self._rows: list[dict[str, Any]] = []
+        self._ends = [0, world.mesh.along - 1]
+        self._columns = Columns()
+        self._trace: Trace | None = None
         limits = joint_limits()
         self._middle = 0.5 * (limits.upper + limits.lower)
         # Of positions, counted from the middle of their range, speeds and torques.
@@ -95,24 +99,32 @@ class Meter:
         self._begin_row()
 
     def __len__(self) -> int:
-        return len(self._earlier.get("tcp", ())) + len(self._rows)
+        return len(self._columns)
 
     def _begin_row(self) -> None:
         """What is since the row before begins anew."""
         self._limit_ratio = np.zeros(3)
-        self._hit_by = np.full(len(LINKS), -1)
+        self._hit = False
+        self._hit_by = _UNTOUCHED.copy()
         self._hit_force = np.zeros(len(LINKS))
         self._penetration = 0.0
 
     def observe_physics(self) -> None:
         """Look at what no physics step may do; to be called after each of them."""
         world = self._world
-        used = [world.arm_configuration - self._middle, world.arm_velocity, world.arm_torque]
-        ratio = np.abs(np.array(used) / self._limits).max(axis=1)
-        self._limit_ratio = np.maximum(self._limit_ratio, ratio)
-        self._penetration = max(self._penetration, world.cloth_load.depth)
+        now = world.cloth_load
+        near_limits(
+            world.arm_configuration,
+            world.arm_velocity,
+            world.arm_torque,
+            self._middle,
+            self._limits,
+            self._limit_ratio,
+        )
+        self._penetration = max(self._penetration, now.depth)
         # Asking for touches costs as much as everything else here.
-        for touch in world.touches() if world.cloth_load.others else ():
+        for touch in world.touches() if now.others else ():
+            self._hit = True
             if self._hit_by[touch.link] < 0 or touch.force > self._hit_force[touch.link]:
                 self._hit_by[touch.link] = touch.robot_link
                 self._hit_force[touch.link] = touch.force
@@ -120,7 +132,8 @@ class Meter:
     def read(self, target: NDArray[np.float64]) -> Row:
         """Measure now, and keep it; `target` (3,) is where the gripper should be [m]."""
         row, kept = self._measure(target, len(self) + 1)
-        self._rows.append(kept)
+        self._columns.append(kept)
+        self._trace = None
         self._begin_row()
         return row
 
@@ -131,22 +144,22 @@ class Meter:
     def _measure(self, target: NDArray[np.float64], number: int) -> tuple[Row, dict[str, Any]]:
         world, tcp, cloth = self._world, self._world.tcp_position, self._world.cloth
         strain, forces = self._gauge.principal(cloth), world.cloth_load
-        rings = world.mesh.rings(cloth)
         if self._person is not None:
             self._axis = ArmAxis.of(world.posture, world.arm_joints)
-        ends = self._axis.coordinate(np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)]))
+        off, load = tcp - target, world.grip_load
+        armscye_s, hem_s = self._axis.ring_coordinate(world.mesh.rings(cloth)[self._ends])
         row = Row(
             time=number * self._dt,
             tcp=tcp,
-            tracking_error=float(np.linalg.norm(tcp - target)),
+            tracking_error=sqrt(off.dot(off)),
             joint_position=world.arm_configuration,
-            grip_force=float(np.linalg.norm(world.grip_load)),
+            grip_force=sqrt(load.dot(load)),
             link_force=forces.net,
             hit_force=self._hit_force,
-            hit=bool((self._hit_by >= 0).any()),
+            hit=self._hit,
             strain=self._gauge.percentile(strain, self._percentile),
-            armscye_s=float(ends[0]),
-            hem_s=float(ends[1]),
+            armscye_s=float(armscye_s),
+            hem_s=float(hem_s),
             holding=world.holding,
         )
         kept = {
@@ -178,10 +191,7 @@ class Meter:
         """`World.person` after so many rows; None if it does not move."""
         if self._person is None or number == 0:
             return self._person
-        earlier = self._earlier.get(_PERSON, ())
-        if number <= len(earlier):
-            return np.asarray(earlier[number - 1])
-        return np.asarray(self._rows[number - len(earlier) - 1][_PERSON])
+        return self._columns.value(_PERSON, number - 1)
 
     @property
     def persons(self) -> NDArray[np.float64] | None:
@@ -189,24 +199,21 @@ class Meter:
         return self.columns().get(_PERSON)
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """All that was kept, an array a column, for `restore`; the rows stay as they are."""
-        if self._rows:
-            rows, earlier = self._rows, self._earlier
-            fresh = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-            self._earlier = {
-                name: np.concatenate([earlier[name], column]) if earlier else column
-                for name, column in fresh.items()
-            }
-            self._rows = []
-        return dict(self._earlier)
+        """All that was kept, an array a column, for `restore`."""
+        return self._columns.copies()
 
     def restore(self, columns: Mapping[str, NDArray[Any]]) -> None:
         """Go on after the rows that `columns` held."""
-        self._earlier, self._rows = dict(columns), []
+        self._columns, self._trace = Columns(columns), None
         self._begin_row()
 
     def trace(self) -> Trace:
-        """All rows so far, of which there must be one."""
+        """All rows so far, of which there must be one; the same object until there is another."""
+        if self._trace is None:
+            self._trace = self._worked_out()
+        return self._trace
+
+    def _worked_out(self) -> Trace:
         columns = self.columns()
         cloth, rings = columns.pop(_CLOTH), self._world.mesh.rings
         if self._person is None:

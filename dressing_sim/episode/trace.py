@@ -128,17 +128,16 @@ class Trace:
 
     def limited(self) -> Iterator[Limited]:
         """What has a limit, row by row."""
-        hit = np.any(self.hit_by >= 0, axis=1)
-        link_force = np.linalg.norm(self.link_force, axis=2).max(axis=1)
-        for row in range(len(self)):
-            yield Limited(
-                (row + 1) * self.dt,
-                float(self.strain[row]),
-                float(self.grip_force[row]),
-                float(link_force[row]),
-                bool(hit[row]),
-                bool(self.holding[row]),
-            )
+        columns = (
+            self.strain,
+            self.grip_force,
+            np.linalg.norm(self.link_force, axis=2).max(axis=1),
+            np.any(self.hit_by >= 0, axis=1),
+            self.holding,
+        )
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        for number, row in enumerate(rows, start=1):
+            yield Limited(number * self.dt, *row)
 
     def metrics(self, shoulder: NDArray[np.float64]) -> dict[str, float]:
         """The measurements at the end and at their extremes, SI units.

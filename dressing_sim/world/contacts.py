@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.world.kernels import cloth_on_links
+from dressing_sim.world.kernels import cloth_on_links, sensed
 from dressing_sim.world.mannequin import LINKS
+
+#: The first arguments of `cloth_on_links` and of `sensed`.
+_Contacts = tuple[Any, Any, Any, Any, Any, Any, Any, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,21 +78,33 @@ class ContactReader:
 
     def cloth(self, data: mujoco.MjData) -> ClothForces:
         """Forces of the cloth on the mannequin in the current step."""
-        contacts = data.contact
-        net, normal = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))
-        depth, others = cloth_on_links(
-            contacts.flex,
-            contacts.geom,
-            contacts.dist,
-            contacts.dim,
-            contacts.efc_address,
-            contacts.frame,
-            data.efc_force,
-            self._link,
-            net,
-            normal,
-        )
+        net, normal = np.empty((len(LINKS), 3)), np.empty(len(LINKS))
+        depth, others = cloth_on_links(*self._contacts(data), net, normal)
         return ClothForces(net, normal, depth, others)
+
+    def sensed(
+        self,
+        data: mujoco.MjData,
+        grip: tuple[int, int],
+        share: float,
+        load: NDArray[np.float64],
+        cloth: ClothForces,
+    ) -> tuple[NDArray[np.float64], ClothForces]:
+        """What force sensors in gripper and links read after a step.
+
+        Args:
+            data: The current step.
+            grip: First row of the grip's constraints, and the one behind their last.
+            share: How much of a change a sensor sees in a step, 0 to 1.
+            load: What the gripper's read before, (3,) [N].
+            cloth: What the links' read before.
+        """
+        read: Any = sensed(*self._contacts(data), grip, share, load, cloth.net, cloth.normal)
+        return read[0], ClothForces(*read[1:])
+
+    def _contacts(self, data: mujoco.MjData) -> _Contacts:
+        of, force = data.contact, data.efc_force
+        return of.flex, of.geom, of.dist, of.dim, of.efc_address, of.frame, force, self._link
 
     def robot(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Net force of the robot on each link, shape (n_links, 3) [N], in the current step."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.world.kernels import arm_coordinate
+from dressing_sim.world.axis_kernels import arm_coordinate, ring_coordinates, windings
 from dressing_sim.world.mannequin import HAND_LENGTH
 
 #: How far the arm's axis is prolonged beyond the wrist and the shoulder to count windings, in
@@ -58,6 +58,12 @@ class ArmAxis:
         arm_coordinate(np.asarray(points, dtype=float), self.joints, s)
         return s
 
+    def ring_coordinate(self, rings: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Arm coordinate s (n_rings,) of the centres of rings (n_rings, n_around, 3) [m]."""
+        s = np.empty(len(rings))
+        ring_coordinates(rings, self.joints, s)
+        return s
+
     def dressed_ratios(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Shares of the upper arm and of the arm that a sleeve's opening has passed.
 
@@ -98,20 +104,9 @@ class ArmAxis:
                 shoulder + _PROLONGATION * (shoulder - elbow),
             ]
         )
-        chain = chain.reshape(3, *(1,) * (rings.ndim - 1), 3)
-        # From each point p of the axis to each vertex q of the rings, shape (3, ..., n_around, 3).
-        to = rings - chain
-        to_next = _next(to)
-        # Between a segment p1 p2 of the axis and one q1 q2 of a ring there are four planes: two
-        # through a p and the ring's segment, and two through a q and the axis's segment. Each is
-        # shared with a neighbouring pair of segments, so each normal is computed once.
-        at_p = _unit(_cross(to, to_next))
-        at_q = _unit(_cross(to[:-1], to[1:]))
-        n1, n2, n3, n4 = at_p[:-1], _next(at_q), -at_p[1:], -at_q
-        area = _arcsin(n1, n2) + _arcsin(n2, n3) + _arcsin(n3, n4) + _arcsin(n4, n1)
-        along = np.diff(chain, axis=0)
-        side = np.sign(_dot(_cross(along, _next(rings) - rings), to[:-1]))
-        return np.rint((area * side).sum(axis=(0, -1)) / (4.0 * np.pi)).astype(np.int64)
+        counted = np.empty(rings.shape[:-2], dtype=np.int64)
+        windings(rings.reshape(-1, *rings.shape[-2:]), chain, counted.reshape(-1))
+        return counted
 
     def through_triangles(self, rings: NDArray[np.float64]) -> NDArray[np.float64]:
         """The line-triangle test of "dressed", for comparison with whole rings.
@@ -163,11 +158,6 @@ def _line_through(
     return np.where(inside, t, np.nan)
 
 
-def _next(per_vertex: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same of each ring's next vertex; shape (..., n_around, 3)."""
-    return np.roll(per_vertex, -1, axis=-2)
-
-
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Cross products along the last axis; for arrays this small faster than numpy's own."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
@@ -178,14 +168,3 @@ def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Dot products along the last axis, to the bit the same however many there are."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
-
-
-def _arcsin(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Arc sine of the dot product of unit vectors."""
-    return np.arcsin(np.clip(_dot(a, b), -1.0, 1.0))
-
-
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors of length one; a vector of length zero stays as it is."""
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(lengths > 0.0, lengths, 1.0)

@@ -61,6 +61,109 @@ def cloth_on_links(
 
 
 @compiled
+def sensed(
+    flex: np.ndarray,
+    geom: np.ndarray,
+    distance: np.ndarray,
+    dim: np.ndarray,
+    address: np.ndarray,
+    frame: np.ndarray,
+    force: np.ndarray,
+    link_of_geom: np.ndarray,
+    grip: tuple[int, int],
+    share: float,
+    load: np.ndarray,
+    net: np.ndarray,
+    normal: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, int]:
+    """What force sensors read after a step, from what they read before it.
+
+    Args:
+        flex: As all up to ``link_of_geom`` of `cloth_on_links`.
+        grip: First row of the grip's constraints, and the one behind their last.
+        share: How much of a change a sensor sees in a step, 0 to 1.
+        load: Of the gripper before, (3,) [N].
+        net: As in `cloth_on_links`, as the sensors read it before.
+        normal: The like.
+
+    Returns:
+        The same of ``load``, ``net`` and ``normal`` now, and what `cloth_on_links` returns.
+    """
+    net_now, normal_now = np.empty_like(net), np.empty_like(normal)
+    depth, others = cloth_on_links(
+        flex, geom, distance, dim, address, frame, force, link_of_geom, net_now, normal_now
+    )
+    # A grip's force is that on the hand; the cloth feels the opposite.
+    pull = np.zeros(3)
+    for row in range(grip[0], grip[1]):
+        pull[(row - grip[0]) % 3] -= force[row]
+    for axis in range(3):
+        pull[axis] = load[axis] + share * (pull[axis] - load[axis])
+    for link in range(len(normal)):
+        normal_now[link] = normal[link] + share * (normal_now[link] - normal[link])
+        for axis in range(3):
+            before = net[link, axis]
+            net_now[link, axis] = before + share * (net_now[link, axis] - before)
+    return pull, net_now, normal_now, depth, others
+
+
+@compiled
+def servo_torques(
+    command: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    explicit: np.ndarray,
+    gravity: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    effort: np.ndarray,
+) -> np.ndarray:
+    """Torques (n,) of servos [N m], all arguments (n,), see `World.arm_torque`."""
+    torque = np.empty_like(position)
+    for i in range(len(position)):
+        servo = explicit[i]
+        if abs(explicit[i]) < effort[i]:
+            servo = stiffness[i] * (command[i] - position[i]) - damping[i] * velocity[i]
+        torque[i] = servo + gravity[i]
+    return torque
+
+
+@compiled
+def near_limits(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    torque: np.ndarray,
+    middle: np.ndarray,
+    limits: np.ndarray,
+    ratio: np.ndarray,
+) -> None:
+    """Raise ratios (3,) to how near joints (n,) are to any of their limits.
+
+    Args:
+        position: Positions (n,) [rad].
+        velocity: Their speeds (n,) [rad/s].
+        torque: Torques (n,) [N m].
+        middle: Middle of the range of positions, (n,) [rad].
+        limits: Of positions, from there, of speeds and of torques, (3, n).
+        ratio: Of the three, 1 at the limit, which is written.
+    """
+    for i in range(len(position)):
+        ratio[0] = max(ratio[0], abs(position[i] - middle[i]) / limits[0, i])
+        ratio[1] = max(ratio[1], abs(velocity[i]) / limits[1, i])
+        ratio[2] = max(ratio[2], abs(torque[i]) / limits[2, i])
+
+
+@compiled
+def longest(vectors: np.ndarray) -> float:
+    """The largest length of vectors (n, 3)."""
+    most = 0.0
+    for i in range(len(vectors)):
+        square = vectors[i, 0] ** 2 + vectors[i, 1] ** 2 + vectors[i, 2] ** 2
+        most = max(most, square)
+    return np.sqrt(most)
+
+
+@compiled
 def fastest(velocities: np.ndarray) -> float:
     """The largest speed of velocities (3 n,), three numbers each."""
     most = 0.0
@@ -71,12 +174,24 @@ def fastest(velocities: np.ndarray) -> float:
 
 
 @compiled
-def all_finite(values: np.ndarray) -> bool:
-    """Whether every number of (n,) is finite."""
-    finite = True
-    for value in values:
-        finite = finite and np.isfinite(value)
-    return finite
+def is_sound(
+    warnings: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    doubts: np.ndarray,
+    longest: float,
+) -> bool:
+    """Whether there is no warning, no doubt longer than so, and every number is finite."""
+    sound = True
+    for number in warnings:
+        sound = sound and number == 0
+    for time in doubts:
+        sound = sound and not time > longest
+    for value in positions:
+        sound = sound and np.isfinite(value)
+    for value in velocities:
+        sound = sound and np.isfinite(value)
+    return sound
 
 
 @compiled
@@ -103,20 +218,27 @@ def principal_strain(
 
 
 @compiled
-def arm_coordinate(points: np.ndarray, joints: np.ndarray, s: np.ndarray) -> None:
-    """Arm coordinate (n,) of the points (n, 3), see `ArmAxis.coordinate`."""
-    wrist, elbow, shoulder = joints[0], joints[1], joints[2]
-    forearm, upper = elbow - wrist, shoulder - elbow
-    ff = forearm[0] * forearm[0] + forearm[1] * forearm[1] + forearm[2] * forearm[2]
-    uu = upper[0] * upper[0] + upper[1] * upper[1] + upper[2] * upper[2]
-    for i in range(len(points)):
-        along, beyond = 0.0, 0.0
+def edge_strain(
+    vertices: np.ndarray, edges: np.ndarray, rest: np.ndarray, strain: np.ndarray
+) -> None:
+    """Strain (n_edges,) of edges (n_edges, 2) of places (n_vertices, 3), of lengths at rest."""
+    for e in range(len(edges)):
+        square = 0.0
         for axis in range(3):
-            along += (points[i, axis] - wrist[axis]) * forearm[axis]
-            beyond += (points[i, axis] - elbow[axis]) * upper[axis]
-        s1, s2 = min(along / ff, 1.0), max(beyond / uu, 0.0)
-        d1, d2 = 0.0, 0.0
-        for axis in range(3):
-            d1 += (points[i, axis] - (wrist[axis] + s1 * forearm[axis])) ** 2
-            d2 += (points[i, axis] - (elbow[axis] + s2 * upper[axis])) ** 2
-        s[i] = s1 if d1 <= d2 else 1.0 + s2
+            square += (vertices[edges[e, 1], axis] - vertices[edges[e, 0], axis]) ** 2
+        strain[e] = np.sqrt(square) / rest[e] - 1.0
+
+
+@compiled
+def percentile(values: np.ndarray, weights: np.ndarray, percent: float) -> float:
+    """The value of (n,) that `percent` per cent of the weight (n,) stays at or below."""
+    order = np.argsort(values)
+    total = 0.0
+    for i in order:
+        total += weights[i]
+    covered, wanted = 0.0, percent / 100.0 * total
+    for i in order:
+        covered += weights[i]
+        if covered >= wanted:
+            return values[i]
+    return values[order[-1]]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
-from dressing_sim.world.kernels import all_finite, fastest
+from dressing_sim.world.kernels import fastest, is_sound, servo_torques
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.person import Person
@@ -79,9 +79,10 @@ class World:
         self.data = mujoco.MjData(self.model)
         model = self.model
         self._tcp = model.body(TCP_BODY).id
-        self._arm_qpos = np.array([model.joint(name).qposadr[0] for name in ARM_JOINTS])
-        self._arm_dof = np.array([model.joint(name).dofadr[0] for name in ARM_JOINTS])
-        self._arm_actuator = np.array([model.actuator(name).id for name in ARM_JOINTS])
+        # The joints of a chain follow one another, and so do their servos.
+        self._arm_qpos = _seven(model.joint(ARM_JOINTS[0]).qposadr[0])
+        self._arm_dof = _seven(model.joint(ARM_JOINTS[0]).dofadr[0])
+        self._arm_actuator = _seven(model.actuator(ARM_JOINTS[0]).id)
         self._grip = np.array([model.equality(grip_name(v)).id for v in mesh.gripped])
         self._stiffness = np.array(config.servo.stiffness)
         self._damping = np.array(config.servo.damping)
@@ -122,7 +123,7 @@ class World:
         # Equality constraints come first among the solver's rows, in their own order; those of
         # the grip are there in every step until the cloth is released.
         rows = np.flatnonzero(np.isin(self.data.efc_id[: self.data.ne], self._grip))
-        self._grip_rows = slice(rows[0], rows[-1] + 1)
+        self._grip_rows = slice(int(rows[0]), int(rows[-1]) + 1)
 
     def copy(self) -> World:
         """Another world in the same state, which goes on by itself with the same bits."""
@@ -195,16 +196,13 @@ class World:
             since = self._moves_since
             self._person.lead(self.data, None if since is None else self.time - since)
         mujoco.mj_step(self.model, self.data)
-        share, before, now = self._load_share, self._cloth_load, self.cloth_forces()
-        self._load = self._load + share * (self.grip_force - self._load)
-        self._cloth_load = ClothForces(
-            before.net + share * (now.net - before.net),
-            before.normal + share * (now.normal - before.normal),
-            now.depth,
-            now.others,
+        rows = self._grip_rows
+        grip = rows.start, rows.stop if self.holding else rows.start
+        self._load, self._cloth_load = self._contacts.sensed(
+            self.data, grip, self._load_share, self._load, self._cloth_load
         )
         found = (
-            now.depth > TOO_DEEP,
+            self._cloth_load.depth > TOO_DEEP,
             self.data.solver_niter[0] >= self.config.solver.iterations,
             self.holding and self.cloth_speed > TOO_FAST,
         )
@@ -221,18 +219,18 @@ class World:
     @property
     def invalid_reason(self) -> str | None:
         """Why the simulation can no longer be trusted, or None while it can."""
+        data, numbers = self.data, self.data.warning.number
+        if is_sound(numbers, data.qpos, data.qvel, self.doubts, DOUBTFUL_TIME):
+            return None
         # MuJoCo sets a world that diverges back to its beginning, its clock included.
         when = f"{self._last_sound:.2f} s after the cloth began to fall"
-        numbers = self.data.warning.number
         if numbers.any():
             name = mujoco.mjtWarning(int(np.flatnonzero(numbers)[0])).name.removeprefix("mjWARN_")
             return f"solver warning {name} {when}"
-        if not (all_finite(self.data.qpos) and all_finite(self.data.qvel)):
+        if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
             return f"non-finite state {when}"
-        if (self.doubts > DOUBTFUL_TIME).any():
-            worst = int(np.argmax(self.doubts))
-            return f"{DOUBTS[worst]} for more than {DOUBTFUL_TIME:g} s in all, {when}"
-        return None
+        worst = int(np.argmax(self.doubts))
+        return f"{DOUBTS[worst]} for more than {DOUBTFUL_TIME:g} s in all, {when}"
 
     @property
     def arm_configuration(self) -> NDArray[np.float64]:
@@ -247,13 +245,20 @@ class World:
     @property
     def arm_torque(self) -> NDArray[np.float64]:
         """Torques (7,) of the arm's joints in the last step, gravity included [N m]."""
-        explicit = self.data.actuator_force[self._arm_actuator]
         # MuJoCo clips what a servo would do in the state before the step. If that is within the
         # limit, the discrete integrator applies what it does in the state after the step.
-        error = self.data.ctrl[self._arm_actuator] - self.data.qpos[self._arm_qpos]
-        implicit = self._stiffness * error - self._damping * self.data.qvel[self._arm_dof]
-        servo = np.where(np.abs(explicit) < joint_limits().effort, implicit, explicit)
-        return servo + self.data.qfrc_gravcomp[self._arm_dof]
+        data, dofs = self.data, self._arm_dof
+        torque: NDArray[np.float64] = servo_torques(
+            data.ctrl[self._arm_actuator],
+            data.qpos[self._arm_qpos],
+            data.qvel[dofs],
+            data.actuator_force[self._arm_actuator],
+            data.qfrc_gravcomp[dofs],
+            self._stiffness,
+            self._damping,
+            joint_limits().effort,
+        )
+        return torque
 
     @property
     def tcp_position(self) -> NDArray[np.float64]:
@@ -357,3 +362,7 @@ class World:
     def touches(self) -> tuple[Touch, ...]:
         """Where the robot touches the mannequin now, with a force or without."""
         return self._contacts.touches(self.data)
+
+
+def _seven(first: int) -> slice:
+    return slice(int(first), int(first) + len(ARM_JOINTS))

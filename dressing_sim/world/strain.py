@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.world.kernels import principal_strain
+from dressing_sim.world.kernels import edge_strain, percentile, principal_strain
 from dressing_sim.world.sleeve import SleeveMesh
 
 
@@ -25,7 +25,8 @@ class StrainGauge:
 
     def __init__(self, mesh: SleeveMesh) -> None:
         self._triangles, self._edges_of = mesh.triangles, mesh.edges
-        self._rest_lengths = self._lengths(mesh.vertices)
+        along = mesh.vertices[mesh.edges[:, 1]] - mesh.vertices[mesh.edges[:, 0]]
+        self._rest_lengths = np.linalg.norm(along, axis=1)
         first, second = self._edges(mesh.vertices)
         length = np.linalg.norm(first, axis=1)
         along = np.einsum("ij,ij->i", first, second) / length
@@ -61,11 +62,7 @@ class StrainGauge:
             strain: Strain of each triangle, shape (n_triangles,).
             percent: From 0 to 100.
         """
-        return _percentile(strain, self.areas, percent)
-
-    def _lengths(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-        along = vertices[self._edges_of[:, 1]] - vertices[self._edges_of[:, 0]]
-        return np.linalg.norm(along, axis=1)
+        return float(percentile(strain, self.areas, percent))
 
     def edge_percentile(self, vertices: NDArray[np.float64], percent: float) -> float:
         """Strain that `percent` per cent of the edges, by their length at rest, stay at or below.
@@ -77,13 +74,6 @@ class StrainGauge:
             vertices: Shape (n_vertices, 3) [m].
             percent: From 0 to 100.
         """
-        strain = self._lengths(vertices) / self._rest_lengths - 1.0
-        return _percentile(strain, self._rest_lengths, percent)
-
-
-def _percentile(values: NDArray[np.float64], weights: NDArray[np.float64], percent: float) -> float:
-    """The value that `percent` per cent of the weight stays at or below."""
-    order = np.argsort(values)
-    covered = np.cumsum(weights[order])
-    index = np.searchsorted(covered, percent / 100.0 * covered[-1])
-    return float(values[order[min(index, len(order) - 1)]])
+        strain = np.empty(len(self._edges_of))
+        edge_strain(vertices, self._edges_of, self._rest_lengths, strain)
+        return float(percentile(strain, self._rest_lengths, percent))
