@@ -218,8 +218,7 @@ class Meter:
         cloth, rings = columns.pop(_CLOTH), self._world.mesh.rings
         if self._person is None:
             columns["clearance"] = self._world.clearance(columns["tcp"])
-            parts = np.array_split(rings(cloth), len(cloth) // _CHUNK + 1)
-            progress = [_progress(self._axis, part) for part in parts]
+            progress = [_progress(self._axis, rings(cloth))]
         else:
             columns.pop(_PERSON)
             axes = [ArmAxis.of(self._world.posture, joints) for joints in columns[_ARM]]
