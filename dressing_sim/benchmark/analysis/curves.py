@@ -1,4 +1,4 @@
-"""Success rates over a quantity: over the elbow's bend, over the number of demonstrations."""
+"""Success rates over the elbow's bend, the skin's friction, the number of demonstrations."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
 from dressing_sim.benchmark.records import Entry, Protocol
@@ -17,6 +18,9 @@ Curve: TypeAlias = list[tuple[float, Rate]]
 #: Widths of a bin of elbow flexion that are tried, the finest first [deg].
 _BIN_WIDTHS_DEG = (5, 10, 15, 30)
 _MOST_BINS = 6
+
+#: Bins of friction.
+N_FRICTION_BINS = 5
 
 
 def elbow_bins(episodes: EpisodeTable) -> Sequence[int]:
@@ -38,10 +42,36 @@ def elbow_curve(episodes: EpisodeTable, bins: Sequence[int]) -> Curve:
     A flexion on an edge belongs to the bin on its right, on the last edge to the last bin. A bin
     without episodes has no rate.
     """
-    valid = episodes.where(episodes.valid)
-    places = np.minimum(np.digitize(valid.elbow_deg, bins), len(bins) - 1)
-    inside = [valid.where(places == place) for place in range(1, len(bins))]
-    return [(sum(part.elbow_deg.tolist()) / len(part), part.rate) for part in inside if len(part)]
+    return _binned(episodes, episodes.elbow_deg, bins)
+
+
+def friction_bins(episodes: EpisodeTable) -> NDArray[np.float64]:
+    """Edges of `N_FRICTION_BINS` bins of friction, even in its logarithm, of all that counts.
+
+    Empty if no friction was drawn.
+    """
+    drawn = episodes.friction[episodes.valid]
+    drawn = drawn[np.isfinite(drawn)]
+    return np.geomspace(drawn.min(), drawn.max(), N_FRICTION_BINS + 1) if len(drawn) else drawn
+
+
+def friction_curve(episodes: EpisodeTable, bins: NDArray[np.float64]) -> Curve:
+    """Success in each bin of friction, at the mean friction of its episodes, as `elbow_curve`."""
+    drawn = episodes.where(np.isfinite(episodes.friction))
+    return _binned(drawn, drawn.friction, bins)
+
+
+def _binned(episodes: EpisodeTable, values: NDArray[np.float64], edges: ArrayLike) -> Curve:
+    """Success in each bin of a value, at the mean of its episodes."""
+    valid, inside = episodes.where(episodes.valid), values[episodes.valid]
+    # Inner edges alone: what rounding leaves beyond the outer ones is in the outer bins.
+    places = np.digitize(inside, np.asarray(edges)[1:-1])
+    curve: Curve = []
+    for place in range(np.size(edges) - 1):
+        here = places == place
+        if here.any():
+            curve.append((sum(inside[here].tolist()) / int(here.sum()), valid.where(here).rate))
+    return curve
 
 
 def budget_curves(protocol: Protocol, episodes: EpisodeTable) -> list[tuple[Entry, Curve]]:

@@ -88,6 +88,12 @@ class EpisodeTable:
         return np.array([r.posture.elbow_deg for r in self.results], dtype=np.float64)
 
     @cached_property
+    def friction(self) -> NDArray[np.float64]:
+        """Friction that was drawn for the episode, NaN where none was, shape (n,)."""
+        drawn = [result.variation.get("friction", np.nan) for result in self.results]
+        return np.array(drawn, dtype=np.float64)
+
+    @cached_property
     def valid(self) -> NDArray[np.bool_]:
         """Whether the episode counts, shape (n,)."""
         return np.array([success is not None for success in self.successes], dtype=np.bool_)

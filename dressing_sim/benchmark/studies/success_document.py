@@ -99,6 +99,10 @@ def success_document(
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
         Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
+        Section(
+            "Success against friction",
+            tuple(filter(None, [plots.friction_plot(protocol, episodes)])),
+        ),
         Section("The hardest postures", tuple(_hardest(folder, episodes, pictures or Pictures()))),
         _folded("Policies that gave no answer", tables.unanswered_table(episodes)),
         _folded("Success by demonstration set", tables.sets_table(summary)),

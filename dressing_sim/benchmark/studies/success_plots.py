@@ -6,9 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullLocator
 
 from dressing_sim.benchmark.analysis.comparisons import label_of
-from dressing_sim.benchmark.analysis.curves import Curve, budget_curves, elbow_bins, elbow_curve
+from dressing_sim.benchmark.analysis.curves import (
+    Curve,
+    budget_curves,
+    elbow_bins,
+    elbow_curve,
+    friction_bins,
+    friction_curve,
+)
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Protocol, in_order
 from dressing_sim.benchmark.report import plots
@@ -22,6 +30,8 @@ from dressing_sim.benchmark.studies.success_tables import (
 from dressing_sim.episode.rules import rule_colour
 
 _LEARNED = plots.Style(plots.ACCENT, "o")
+
+FRICTION_TICKS = (0.2, 0.3, 0.5, 0.7, 1.0)
 
 
 def interval(row: Mapping[str, Any]) -> Sequence[float]:
@@ -124,6 +134,35 @@ def elbow_plot(protocol: Protocol, episodes: EpisodeTable) -> Plot:
         "arm was dressed, those below single episodes that failed."
     )
     return Plot("elbow", svg, _told(curves, "degrees"), caption)
+
+
+def friction_plot(protocol: Protocol, episodes: EpisodeTable) -> Plot | None:
+    """Success against the friction drawn, a panel a row; None where none was drawn."""
+    bins = friction_bins(episodes)
+    entries = [entry for entry in protocol.entries if "friction" in entry.variation]
+    if not len(bins) or not entries:
+        return None
+    curves = [
+        (
+            entry.label,
+            friction_curve(episodes.of_entry(entry), bins),
+            plots.MUTED if entry.demonstrations is None else _LEARNED,
+        )
+        for entry in entries
+    ]
+
+    def finish(axes: Axes, _: int) -> None:
+        axes.set_xscale("log")
+        axes.set(ylim=(0.0, 100.0), xlim=(0.95 * bins[0], 1.05 * bins[-1]))
+        axes.set_xticks(FRICTION_TICKS, [f"{tick:g}" for tick in FRICTION_TICKS])
+        axes.xaxis.set_minor_locator(NullLocator())
+
+    svg = _panels(curves, 3, 1.45, "friction of cloth on skin", finish)
+    caption = (
+        "Rates with 95 % Wilson intervals of episodes in bins of the friction drawn for them, even "
+        "in its logarithm; a point stands at the mean friction of its bin."
+    )
+    return Plot("friction", svg, _told(curves, "friction"), caption)
 
 
 def budget_plot(protocol: Protocol, episodes: EpisodeTable) -> Plot | None:

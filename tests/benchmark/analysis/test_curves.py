@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fake_results import (
@@ -12,7 +14,14 @@ from fake_results import (
     results_of,
 )
 
-from dressing_sim.benchmark.analysis.curves import budget_curves, elbow_bins, elbow_curve
+from dressing_sim.benchmark.analysis.curves import (
+    N_FRICTION_BINS,
+    budget_curves,
+    elbow_bins,
+    elbow_curve,
+    friction_bins,
+    friction_curve,
+)
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Entry, Protocol
 
@@ -66,6 +75,25 @@ def test_without_valid_episodes_there_is_a_bin_and_no_point():
     bins = elbow_bins(EpisodeTable.of(results))
     assert bins[0] < bins[-1]
     assert elbow_curve(EpisodeTable.of(results), bins) == []
+
+
+def test_friction_has_bins_even_in_its_logarithm_that_hold_every_valid_episode(results, rng):
+    drawn = [replace(r, variation={"friction": float(rng.uniform(0.2, 1.0))}) for r in results]
+    episodes = EpisodeTable.of([*drawn[:100], *results[100:]])
+    bins = friction_bins(episodes)
+    assert len(bins) == N_FRICTION_BINS + 1
+    np.testing.assert_allclose(np.diff(np.log(bins), 2), 0.0, atol=1e-12)
+    valid = [r for r in drawn[:100] if r.outcome.invalid is None]
+    counts, _ = np.histogram([r.variation["friction"] for r in valid], bins)
+    curve = friction_curve(episodes, bins)
+    assert sum(rate.n for _, rate in curve) == len(valid)
+    assert [rate.n for _, rate in curve] == [n for n in counts if n]
+    assert sum(rate.n_success for _, rate in curve) == sum(r.outcome.success for r in valid)
+    assert all(np.diff(np.searchsorted(bins, [x for x, _ in curve])) >= 1)
+
+
+def test_without_a_draw_there_are_no_bins_of_friction(results):
+    assert len(friction_bins(EpisodeTable.of(results))) == 0
 
 
 def test_a_budget_has_a_curve_for_each_policy_from_few_to_many():

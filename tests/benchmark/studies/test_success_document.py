@@ -43,6 +43,7 @@ from dressing_sim.benchmark.studies.success_plots import (
     differences_plot,
     elbow_plot,
     failures_plot,
+    friction_plot,
     rates_plot,
 )
 from dressing_sim.benchmark.studies.success_summary import summarise
@@ -190,6 +191,22 @@ def test_a_rule_that_is_not_ours_is_counted_and_drawn_like_ours():
     results = results_of(SMALL, [[outcome, HIT], [SUCCESS], [SUCCESS]])
     assert "expert: first hit 1, dropped 1" in failures_plot(SMALL, EpisodeTable.of(results)).alt
     assert "| row | hit | dropped |" in markdown(report(SMALL, results)[0])
+
+
+def test_success_over_friction_is_drawn_for_the_rows_in_which_it_varies():
+    results = results_of(ROBUST, [[SUCCESS, HIT, SUCCESS]] * 3)
+    varied = [
+        replace(r, variation={"friction": 0.2 + 0.3 * (r.index % 3)})
+        if "friction" in r.entry.variation
+        else r
+        for r in results
+    ]
+    alt = friction_plot(ROBUST, EpisodeTable.of(varied)).alt
+    assert alt == (
+        "tp-gmm on case_a, friction varied: dressed 1 of 1 at 0.2 friction, "
+        "0 of 1 at 0.5 friction, 1 of 1 at 0.8 friction"
+    )
+    assert friction_plot(ROBUST, EpisodeTable.of(results)) is None
 
 
 def test_success_over_the_elbow_s_bend_is_told_bin_by_bin():
