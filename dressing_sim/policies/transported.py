@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from dressing_sim.arm import UP, Vector
+from dressing_sim.arm import UP, Vector, up_across
 from dressing_sim.checks import real_array, real_number, real_vector
 from dressing_sim.config import check_kinds, from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
@@ -33,6 +33,9 @@ _STILL = 2e-3
 
 #: Landmarks beyond the elbow.
 _AHEAD = 3
+
+#: Hyper-parameters that practice chooses.
+ELBOW_OFFSETS = ("elbow_out", "elbow_along", "elbow_up")
 
 Feature = Literal["bend", "sideways"]
 
@@ -73,6 +76,13 @@ class TransportConfig:
     hand: float = 0.2
     """How high above the fingertips the hand is that must keep clear of the arm too, sideways; zero
     for fingertips alone."""
+    elbow_out: float = 0.0
+    """How much farther out a path passes an elbow that is bent sideways at a right angle. This and
+    the next two are not learned from demonstrations, but by practice."""
+    elbow_along: float = 0.0
+    """How much farther along the upper arm it passes an elbow bent at a right angle."""
+    elbow_up: float = 0.0
+    """How much higher it passes one."""
     phases: int = 100
     """Points of a path before the elbow, and after it."""
     warp_width: float = 0.05
@@ -90,6 +100,9 @@ class TransportConfig:
         for name in ("slope_to_noise", "curvature", "height", "ahead", "dip", "hand"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is >= 0")
+        for name in ELBOW_OFFSETS:
+            if not abs(getattr(self, name)) < 1.0:
+                raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is -1 to 1")
         for name, least in (("stations", 2), ("phases", 10)):
             if not least <= getattr(self, name) <= 1000:
                 raise InvalidInputError(
@@ -180,6 +193,7 @@ class TransportPolicy:
             # What is corrected was not known better than by the correction.
             corrected = np.sum((points - answer.points) ** 2, axis=1) / 3.0
             deviation = np.sqrt(deviation**2 + corrected)
+        points = points + _at_the_elbow(skeleton, self.config, scale, len(points))
         # Beginning elsewhere moves what is near, as a landmark does.
         distance = np.linalg.norm(points - points[0], axis=1) / (self.config.length * scale)
         points = points + np.exp(-0.5 * distance**2)[:, None] * (begin - points[0])
@@ -278,6 +292,25 @@ def _by_phase(
             "from the wrist to the shoulder"
         )
     return by_length(positions, demonstration.dt, [cut], phases)
+
+
+def _at_the_elbow(
+    skeleton: Skeleton, config: TransportConfig, scale: float, phases: int
+) -> NDArray[np.float64]:
+    """What practice adds to a path, (N, 3) [m]: most at the elbow, nothing at the ends.
+
+    It grows with the bend, so that a straight arm, which has no side, is dressed as before.
+    """
+    upper_arm = skeleton.upper_arm
+    up = up_across(upper_arm)
+    across = np.cross(up, upper_arm)
+    offset = (
+        config.elbow_out * float(skeleton.forearm @ across) * across
+        + config.elbow_along * skeleton.bend * upper_arm
+        + config.elbow_up * skeleton.bend * up
+    )
+    phase = np.linspace(-1.0, 1.0, phases)
+    return np.asarray(scale * (1.0 - phase**2)[:, None] ** 3 * offset)
 
 
 def _landmarks(
