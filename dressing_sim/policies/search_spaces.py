@@ -55,6 +55,8 @@ _TP_GMM: Space = {
     "relative_floor": Choice(("true",)),
     "fusion": Choice(("regression-then-product", "product-then-regression")),
     "end_radius": Span(0.0, 0.4),
+    "aligned": Choice(("true",)),
+    "clearance": Choice(("false", "true")),
 }
 _RANDOM: Space = {
     "angle_margin_deg": Span(0.0, 40.0),
