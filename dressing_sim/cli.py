@@ -28,6 +28,7 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.import_ import import_
     from dressing_sim.commands.learn import learn
     from dressing_sim.commands.planar import planar
+    from dressing_sim.commands.practise import practise
     from dressing_sim.commands.replay import replay
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.tune import tune
@@ -44,6 +45,7 @@ def _commands() -> dict[str, Any]:
         "validate": validate,
         "thresholds": thresholds,
         "tune": tune,
+        "practise": practise,
         "planar": planar,
         "doctor": doctor,
     }

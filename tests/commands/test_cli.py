@@ -19,6 +19,7 @@ COMMANDS = (
     "validate",
     "thresholds",
     "tune",
+    "practise",
     "demonstrate",
     "learn",
     "dress",

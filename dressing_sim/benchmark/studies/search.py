@@ -222,6 +222,12 @@ def score(result: EpisodeResult) -> float:
     return 0.5 * result.outcome.success + 0.25 * (1.0 + float(np.clip(margin, -1.0, 1.0)))
 
 
+def smallest_margin(result: EpisodeResult) -> float:
+    """The smallest margin of an episode, -1 to 1; it failed by something else than these: -1."""
+    margin = float(np.clip(min(_margins(result), default=-1.0), -1.0, 1.0))
+    return margin if result.outcome.success or margin < 0.0 else -1.0
+
+
 def _margins(result: EpisodeResult) -> Iterator[float]:
     limits, metrics = Thresholds(), result.outcome.metrics
     if "strain" in metrics:
