@@ -20,6 +20,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def _commands() -> dict[str, Any]:
+    from dressing_sim.commands.confidence import confidence
     from dressing_sim.commands.demonstrate import demonstrate
     from dressing_sim.commands.doctor import doctor
     from dressing_sim.commands.dress import dress
@@ -46,6 +47,7 @@ def _commands() -> dict[str, Any]:
         "thresholds": thresholds,
         "tune": tune,
         "practise": practise,
+        "confidence": confidence,
         "planar": planar,
         "doctor": doctor,
     }

@@ -75,6 +75,15 @@ class Clearances:
         least = np.min([np.linalg.norm(s.outward(p + hand), axis=1) for s, p in pairs], axis=0)
         return cls(np.stack([found.min(axis=0), found.max(axis=0)]), hand, least)
 
+    def shortfall(self, points: NDArray[np.float64], skeleton: Skeleton) -> tuple[float, float]:
+        """By how much a path by phase, (N, 3), is too near to a skeleton at most [m].
+
+        Of the fingertips and of the hand; below zero where it is farther than need be everywhere.
+        """
+        distance = np.linalg.norm(skeleton.outward(points), axis=1)
+        hand = np.linalg.norm(skeleton.outward(points + self.hand), axis=1)
+        return float((self.distances[0] - distance).max()), float((self.hand_least - hand).max())
+
     def kept(self, points: NDArray[np.float64], skeleton: Skeleton) -> NDArray[np.float64]:
         """A path by phase, (N, 3), moved until it is as clear of a skeleton."""
         points = within(points, skeleton, *self.distances)

@@ -162,6 +162,16 @@ class TransportPolicy:
         self._fitted = _Fitted.of(self.config, points, times, places, bones, dt)
         return self
 
+    @property
+    def bones(self) -> NDArray[np.float64]:
+        """Mean lengths of the demonstrated upper arms and forearms, (2,) [m]."""
+        return self._known().bones
+
+    @property
+    def clearances(self) -> Clearances:
+        """How far from the skeleton the demonstrations were, phase by phase."""
+        return self._known().clearances
+
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> Path:
         """A path for the situation of an arm.
 

@@ -22,6 +22,7 @@ STUDIES: dict[str, Callable[[], object]] = {
     "cost": _maker(f"{__name__}.cost:Cost"),
     "thresholds": _maker(f"{__name__}.thresholds:ThresholdStudy"),
     "convergence": _maker(f"{__name__}.convergence:Convergence"),
+    "confidence": _maker(f"{__name__}.confidence:Confidence"),
     "search": _maker(f"{__name__}.search:SearchStudy"),
     "tuning": _maker(f"{__name__}.tuning:Tuning"),
 }
