@@ -20,6 +20,7 @@ COMMANDS = (
     "thresholds",
     "tune",
     "practise",
+    "confidence",
     "demonstrate",
     "learn",
     "dress",

@@ -165,9 +165,7 @@ def test_a_policy_without_an_answer_is_counted_and_left_out(runs, tmp_path, monk
 
 def test_runs_that_do_not_fit_are_errors(runs, tmp_path):
     training, tested = runs
-    with pytest.raises(
-        InvalidInputError, match=r"is in .*training too; valid is a run on"
-    ):
+    with pytest.raises(InvalidInputError, match=r"is in .*training too; valid is a run on"):
         confidence_plan(training, training)
     expert = finished(tmp_path / "expert", POSTURES[:1], rows=ROWS[:1])
     with pytest.raises(InvalidInputError, match="no row in common that learned"):
