@@ -229,6 +229,6 @@ def _write(
     """Write numbers, table and, of a single set, figures: all, or none."""
     from dressing_sim.planar.figures import drawn
 
-    pictures: dict[str, bytes] = {} if study is None else drawn(study)
+    contents: dict[str, str | bytes] = {**files, **({} if study is None else drawn(study))}
     _check_out(out, force, inputs)  # it took long
-    write_files({out / name: content for name, content in {**files, **pictures}.items()})
+    write_files({out / name: content for name, content in contents.items()})

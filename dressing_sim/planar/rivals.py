@@ -17,14 +17,14 @@ from dressing_sim.learning.augment import METHODS as AUGMENTATIONS
 from dressing_sim.learning.demonstrations import SyntheticDemonstration
 from dressing_sim.learning.frame import FloatArray, Frame
 from dressing_sim.learning.rivals import METHODS, Method, Shown
-from dressing_sim.learning.rivals.method import begun_at
-from dressing_sim.planar.box import violation
+from dressing_sim.learning.rivals.method import begun_at, resampled
+from dressing_sim.planar.box import penetration
 from dressing_sim.planar.generator import PlanarData
 from dressing_sim.planar.sets import Ratio
 from dressing_sim.planar.study import StudyConfig, augmented, initial_policy
 
-#: A path in a situation from a start.
-Answer = Callable[[Sequence[Frame], FloatArray], SyntheticDemonstration]
+#: A path in phase (N, 2) in a situation from a start.
+Answer = Callable[[Sequence[Frame], FloatArray], FloatArray]
 
 INITIAL = "tp-gmm"
 
@@ -49,7 +49,8 @@ class Compared:
 
     def ratio(self, other: "Compared") -> Ratio:
         """Unseen cost over another method's."""
-        return Ratio.of(np.log(self.unseen) - np.log(other.unseen))
+        pairs = zip(self.unseen, other.unseen, strict=True)
+        return Ratio.of([float(np.log(own) - np.log(theirs)) for own, theirs in pairs])
 
 
 def compare(
@@ -96,8 +97,9 @@ def _augmenting(config: StudyConfig, method: Any) -> Callable[[PlanarData], Answ
 
 
 def _answer(policy: Any) -> Answer:
-    def answer(frames: Sequence[Frame], start: FloatArray) -> SyntheticDemonstration:
-        return SyntheticDemonstration(policy.generate(frames, start), policy.dt, frames)
+    def answer(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
+        made = SyntheticDemonstration(policy.generate(frames, start), policy.dt, frames)
+        return _in_phase(made)
 
     return answer
 
@@ -108,11 +110,10 @@ def _learning(method: Method, seed: int) -> Callable[[PlanarData], Answer]:
             raise InvalidInputError(f"it is asked with more than the two frames: {method.inputs}")
         shown = Shown.of(data.training, method.samples)
         skill = method.learn(shown, np.random.default_rng(seed))
-        step = shown.duration / (method.samples - 1)
 
-        def answer(frames: Sequence[Frame], start: FloatArray) -> SyntheticDemonstration:
+        def answer(frames: Sequence[Frame], start: FloatArray) -> FloatArray:
             path = begun_at(start, skill(frames, start), shown.phase)
-            return SyntheticDemonstration(path, step, frames)
+            return resampled(path, _SAMPLES)  # it was learned in phase: nothing to trim
 
         return answer
 
@@ -134,9 +135,14 @@ def _compared(
 
 def _cost(answer: Answer, expert: SyntheticDemonstration) -> tuple[float, float]:
     """Root mean square distance from an expert's path, and depth in the walls."""
-    made = answer(expert.frames, np.asarray(expert.positions[0]))
-    ours, theirs = Shown.of([made], _SAMPLES).points[0], Shown.of([expert], _SAMPLES).points[0]
-    return float(np.sqrt(np.mean(np.sum((ours - theirs) ** 2, axis=1)))), violation(made)
+    theirs = _in_phase(expert)
+    ours = answer(expert.frames, theirs[0])
+    distance = float(np.sqrt(np.mean(np.sum((ours - theirs) ** 2, axis=1))))
+    return distance, max(penetration(ours, frame) for frame in expert.frames)
+
+
+def _in_phase(demonstration: SyntheticDemonstration) -> FloatArray:
+    return Shown.of([demonstration], _SAMPLES).points[0]
 
 
 def comparison(

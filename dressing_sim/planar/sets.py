@@ -113,12 +113,15 @@ def mean_cost(study: Study, method: Method, selection: Selection, kind: str) -> 
 
 def gain(study: Study, method: Method, selection: Selection, kind: str) -> float:
     """Logarithm of the mean cost of a cell over that of the initial model."""
-    return float(
-        np.log(mean_cost(study, method, selection, kind)) - np.log(initial_cost(study, kind))
-    )
+    return _log_ratio(mean_cost(study, method, selection, kind), initial_cost(study, kind))
 
 
 def best_gain(study: Study, method: Method, selection: Selection, kind: str) -> float:
     """The same of the one run that has the lowest cost by its criterion, as the paper prints."""
     best = getattr(study.best(method, selection), f"{kind}_cost")
-    return float(np.log(best) - np.log(initial_cost(study, kind)))
+    return _log_ratio(best, initial_cost(study, kind))
+
+
+def _log_ratio(cost: float, reference: float | None) -> float:
+    assert reference is not None
+    return float(np.log(cost) - np.log(reference))
