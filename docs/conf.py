@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
+import contextlib
+import io
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -67,25 +69,27 @@ linkcheck_ignore = [r"https://doi\.org/.*"]
 
 
 class CommandHelp(SphinxDirective):
-    """What ``dressing-sim COMMAND --help`` prints, so that the page cannot differ from it."""
-
-    required_arguments = 1
+    """What ``dressing-sim COMMAND --help`` prints, of every command, so that no page can differ."""
 
     def run(self) -> list[nodes.Node]:
-        """A literal block with the help text."""
-        return [nodes.literal_block(text=help_of(self.arguments[0]), language="text")]
+        """A section a command, with its help text."""
+        (commands,) = re.findall(r"\{([\w,]+)\}", help_of())[:1]
+        return [self._section(name) for name in commands.split(",")]
+
+    def _section(self, name: str) -> nodes.section:
+        section = nodes.section(ids=[name])
+        section += nodes.title(text=name)
+        section += nodes.literal_block(text=help_of(name), language="text")
+        return section
 
 
-def help_of(command: str) -> str:
-    """The help text of a command, 88 columns wide and without colours."""
-    import contextlib
-    import io
-
+def help_of(*command: str) -> str:
+    """The help text of a command, or of all, 88 columns wide and without colours."""
     os.environ.update(COLUMNS="88", NO_COLOR="1")
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
-        main([command, "--help"])
-    return inspect.cleandoc(printed.getvalue())
+        main([*command, "--help"])
+    return printed.getvalue()
 
 
 def setup(app: Sphinx) -> None:
