@@ -57,9 +57,10 @@ html_theme = "furo"
 html_title = f"dressing_sim {release}"
 html_copy_source = False
 html_show_sourcelink = False
-# Nothing is fetched from elsewhere, neither fonts nor scripts: the pages are read from a folder, on a
-# robot's computer or in a hospital without a network, and nobody is told who reads them. Furo brings no
-# web fonts; formulas are plain text, so no MathJax is needed. `tests/pages/test_site.py` holds it.
+# Nothing is fetched from elsewhere, neither fonts nor scripts: the pages are read from a folder, on
+# a robot's computer or in a hospital without a network, and nobody is told who reads them. Furo
+# brings no web fonts; formulas are plain text, so MathJax is not needed. `tests/pages/test_site.py`
+# holds it.
 html_theme_options = {
     "light_css_variables": {"font-stack": "system-ui, sans-serif"},
     "dark_css_variables": {"font-stack": "system-ui, sans-serif"},
