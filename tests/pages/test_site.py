@@ -73,13 +73,15 @@ def test_nothing_is_loaded_from_elsewhere(site):
 
 
 def test_it_has_every_public_name_and_every_command(site):
-    python = (site / "reference" / "python.html").read_text(encoding="utf-8")
+    pages = {
+        page.stem: page.read_text(encoding="utf-8") for page in (site / "reference").glob("*.html")
+    }
     for name in set(dressing_sim.__all__) - {"__version__", "Policy"}:
-        assert re.search(rf'id="dressing_sim\.(\w+\.)*{name}"', python), name
-    library = (site / "reference" / "learning.html").read_text(encoding="utf-8")
+        anchor = rf'id="dressing_sim\.(\w+\.)*{name}"'
+        assert re.search(anchor, pages["python"] + pages["config"]), name
     for name in learning.__all__:
-        assert f">{name}<" in library, name
-    commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")
+        assert f">{name}<" in pages["learning"], name
+    commands = pages["commands"]
     for name in ("evaluate", "dress", "import", "doctor"):
         assert f'id="{name}"' in commands
 
