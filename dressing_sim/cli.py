@@ -33,6 +33,7 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.tune import tune
     from dressing_sim.commands.validate import validate
+    from dressing_sim.commands.view import view
 
     return {
         "evaluate": evaluate,
@@ -47,6 +48,7 @@ def _commands() -> dict[str, Any]:
         "tune": tune,
         "practise": practise,
         "planar": planar,
+        "view": view,
         "doctor": doctor,
     }
 

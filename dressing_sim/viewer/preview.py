@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.control import PandaKinematics, configuration_at
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.errors import DressingSimError
@@ -60,6 +61,11 @@ def preview(choices: Choices, policy: Policy | None) -> Preview:
     except DressingSimError as error:
         return Preview(choices, start, mesh, None, f"no path: {error}")
     return Preview(choices, start, mesh, path)
+
+
+def resting(shown: Preview, kinematics: PandaKinematics) -> NDArray[np.float64]:
+    """Joint positions (7,) with which the robot holds the sleeve [rad]; it takes a moment."""
+    return configuration_at(shown.start, kinematics, shown.choices.config().tracking)[0]
 
 
 def guide(choices: Choices) -> Path:

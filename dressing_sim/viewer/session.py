@@ -11,19 +11,21 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.checks import of_kind, real_number, real_vector, whole_number
+from dressing_sim.control import PandaKinematics
 from dressing_sim.errors import DressingSimError, InvalidInputError, one_line
 from dressing_sim.path import Path
 from dressing_sim.viewer.choices import TAKES, Choices
 from dressing_sim.viewer.lessons import Lessons, demonstration_of
 from dressing_sim.viewer.live import ByHand, Live, Moment
 from dressing_sim.viewer.past import Past
-from dressing_sim.viewer.preview import Preview, guide, preview
+from dressing_sim.viewer.preview import Preview, guide, preview, resting
 
 _LOG = logging.getLogger("dressing_sim")
 
@@ -47,6 +49,8 @@ class Session:
         past: As given.
         choices: What is chosen now.
         preview: What they look like; None until that is known.
+        rest: Joint positions (7,) of the robot in it [rad]; None until they are known.
+        showing: Whether the dressing is looked at, not the preview.
         guide: A path to teach along, while somebody teaches.
         live: The dressing that was begun last, or None.
         beside: Another one that it is compared with, or None.
@@ -64,6 +68,8 @@ class Session:
         self.lessons, self.past = lessons, past
         self.choices = choices or Choices()
         self.preview: Preview | None = None
+        self.rest: NDArray[np.float64] | None = None
+        self.showing = False
         self.guide: Path | None = None
         self.live: Live | None = None
         self.beside: Live | None = None
@@ -74,6 +80,7 @@ class Session:
         self.status = self.error = ""
         self._order = self._look = 0
         self._made_with = ""
+        self._kinematics = PandaKinematics()
         self._lock = threading.RLock()
         self._news = threading.Condition()
         self._version = 0
@@ -95,6 +102,10 @@ class Session:
                 setattr(self, name, value)
             self._version += 1
             self._news.notify_all()
+
+    def refresh(self) -> None:
+        """Let whoever watches look again."""
+        self._tell()
 
     def news(self, seen: int, timeout: float | None = None) -> int:
         """Wait until there is something newer than a version; returns what it is now."""
@@ -125,9 +136,21 @@ class Session:
     def choose(self, choices: Choices) -> None:
         """Choose otherwise; the preview follows, and a policy that has not learned begins to."""
         of_kind(choices, Choices, "choices", "Choices")
-        self._look += 1
-        self._tell(choices=choices, error="")
+        before, self._look = self.choices, self._look + 1
+        moved = (before.posture, before.garment, before.friction) != (
+            choices.posture,
+            choices.garment,
+            choices.friction,
+        )
+        if moved and self.showing:
+            self._order += 1
+        self._tell(choices=choices, error="", showing=self.showing and not moved)
         self._previewing.submit(self._follow, self._look)
+
+    def choose_by(self, change: Callable[[Choices], Choices]) -> None:
+        """Choose what a function makes of the choices; an error of it is told on the page."""
+        with self._reporting(busy=False), self._lock:
+            self.choose(change(self.choices))
 
     def _follow(self, look: int) -> None:
         if look != self._look:
@@ -135,9 +158,12 @@ class Session:
         choices = self.choices
         with self._reporting(busy=False):
             policy = self.lessons.ready(choices)
-            self._tell(preview=preview(choices, policy))
+            shown = preview(choices, policy)
+            self._tell(preview=shown)
             if policy is None:
                 self._learning.submit(self._learn, look)
+            if look == self._look:
+                self._tell(rest=resting(shown, self._kinematics))
 
     def _learn(self, look: int) -> None:
         if look != self._look:
@@ -168,7 +194,9 @@ class Session:
 
     def _begin(self, live: Live, beside: Live | None = None, replayed: int | None = None) -> None:
         with self._lock:
-            self._tell(live=live, beside=beside, replayed=replayed, at=None, status="")
+            self._tell(
+                live=live, beside=beside, replayed=replayed, at=None, status="", showing=True
+            )
 
     def _run(self, order: int) -> None:
         """Let time go on until it is over, or somebody wants something else."""
@@ -246,7 +274,7 @@ class Session:
         with self._lock:
             if self.at is not None and self.at < live.n_steps:
                 live.back_to(self.at)
-            self._tell(at=None, status="")
+            self._tell(at=None, status="", showing=True)
         return live
 
     def step_once(self) -> None:
@@ -263,7 +291,7 @@ class Session:
         at = whole_number(step, "step")
         if self.running:
             self.pause()
-        self._tell(at=at)
+        self._tell(at=at, showing=self.live is not None)
 
     # By hand.
 
@@ -324,6 +352,19 @@ class Session:
         self.lessons.keep(demonstration_of(live))
         self._tell(error="")
 
+    def drop_take(self) -> None:
+        """Drop the last take.
+
+        Raises:
+            InvalidInputError: There is none, or its file cannot be written.
+        """
+        self.lessons.drop(len(self.lessons.takes) - 1)
+        self._tell(error="")
+
+    def telling(self) -> AbstractContextManager[None]:
+        """Within the block an error is told on the page."""
+        return self._reporting(busy=False)
+
     def train(self) -> None:
         """Learn from the takes from now on."""
         self.choose(replace(self.choices, demonstrations=TAKES))
@@ -358,7 +399,7 @@ class Session:
         self._do(job)
 
 
-class _Reporting:
+class _Reporting(AbstractContextManager[None]):
     """Within the block an error is told on the page instead of ending the thread.
 
     Args:

@@ -1,0 +1,243 @@
+"""What can be pressed and read to dress: the arm, the garment, the policy, time, and plots.
+
+Each panel tells the session what was asked for, and shows what the session has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dressing_sim.arm import ANGLE_LIMITS_DEG, ARM_SIZES
+from dressing_sim.suites.suites import load_suite
+from dressing_sim.viewer.choices import (
+    AUGMENTATIONS,
+    FRICTION,
+    PLAIN,
+    SUITES,
+    TAKES,
+    Choices,
+    policies,
+)
+from dressing_sim.viewer.live import Live, Moment
+from dressing_sim.viewer.session import Session
+from dressing_sim.world.garment import GARMENTS
+
+if TYPE_CHECKING:
+    import viser
+
+#: Arms to begin with.
+_KNOWN = ("paper5", "case_a", "case_b", "baseline7")
+
+#: How fast time may go, by what the page calls it.
+SPEEDS = {"half": 0.5, "real time": 1.0, "double": 2.0, "as fast as it goes": 0.0}
+
+#: Points of a plot; more are not seen.
+_POINTS = 250
+
+
+def when_asked(handle: Any, asked: Callable[[], None]) -> None:
+    """Call when somebody changes a control, but not when the page itself does."""
+
+    def changed(event: viser.GuiEvent[Any]) -> None:
+        if event.client_id is not None:
+            asked()
+
+    handle.on_update(changed)
+
+
+def when_pressed(button: viser.GuiButtonHandle, pressed: Callable[[], None]) -> None:
+    """Call when a button is pressed."""
+    button.on_click(lambda event: pressed())
+
+
+class ArmPanel:
+    """Which arm is dressed, with what, and by whom."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session = session
+        chosen = session.choices
+        self._known = {p.name: p for suite in _KNOWN for p in load_suite(suite)}
+        with gui.add_folder("Arm"):
+            names = ("as below", *self._known)
+            first = chosen.posture.name if chosen.posture.name in self._known else names[0]
+            self._name = gui.add_dropdown("Posture", names, initial_value=first)
+            self._angles = {
+                name: gui.add_slider(
+                    f"{name.removesuffix('_deg').capitalize()} [°]",
+                    low,
+                    high,
+                    0.5,
+                    float(getattr(chosen.posture, name)),
+                )
+                for name, (low, high) in ANGLE_LIMITS_DEG.items()
+            }
+            self._size = gui.add_dropdown("Size", (*ARM_SIZES, "own"), initial_value="male")
+        with gui.add_folder("Garment"):
+            self._garment = gui.add_dropdown("Garment", (*GARMENTS,), initial_value=chosen.garment)
+            self._friction = gui.add_slider("Friction", *FRICTION, 0.01, chosen.own_friction)
+        with gui.add_folder("Policy"):
+            self._policy = gui.add_dropdown("Policy", policies(), initial_value=chosen.policy)
+            self._augmentation = gui.add_dropdown(
+                "Augmentation",
+                (*AUGMENTATIONS,),
+                initial_value=chosen.augmentation,
+                hint="How Algorithm 1 makes synthetic demonstrations; of tp-gmm alone",
+                visible=chosen.policy == PLAIN,
+            )
+            self._learned = gui.add_dropdown(
+                "Learns from", (*SUITES, TAKES), initial_value=chosen.demonstrations
+            )
+            self._seed = gui.add_number("Seed", chosen.seed, min=0, max=2**31, step=1)
+        when_asked(self._name, self._named)
+        for slider in self._angles.values():
+            when_asked(slider, self._bent)
+        when_asked(self._size, lambda: self._choose(lambda c: c.sized(self._size.value)))
+        when_asked(self._garment, self._dressed)
+        when_asked(
+            self._friction,
+            lambda: self._choose(lambda c: replace(c, friction=float(self._friction.value))),
+        )
+        for control in (self._policy, self._augmentation, self._learned, self._seed):
+            when_asked(control, self._taught)
+
+    def _choose(self, change: Callable[[Choices], Choices]) -> None:
+        self._session.choose_by(change)
+
+    def _named(self) -> None:
+        posture = self._known.get(self._name.value)
+        if posture is not None:
+            self._choose(lambda choices: replace(choices, posture=posture))
+
+    def _bent(self) -> None:
+        angles = {name: float(slider.value) for name, slider in self._angles.items()}
+        self._choose(lambda choices: choices.bent(**angles))
+
+    def _dressed(self) -> None:
+        garment = self._garment.value
+        self._choose(lambda choices: replace(choices, garment=garment, friction=None))
+
+    def _taught(self) -> None:
+        self._choose(
+            lambda choices: replace(
+                choices,
+                policy=self._policy.value,
+                augmentation=self._augmentation.value,
+                demonstrations=self._learned.value,
+                seed=int(self._seed.value),
+            )
+        )
+
+    def show(self) -> None:
+        """What is chosen, whoever chose it."""
+        chosen = self._session.choices
+        posture = chosen.posture
+        self._name.value = posture.name if posture.name in self._known else "as below"
+        for name, slider in self._angles.items():
+            slider.value = float(getattr(posture, name))
+        self._size.value = posture.size if isinstance(posture.size, str) else "own"
+        self._garment.value, self._friction.value = chosen.garment, chosen.own_friction
+        self._policy.value, self._augmentation.value = chosen.policy, chosen.augmentation
+        self._augmentation.visible = chosen.policy == PLAIN
+        self._learned.value, self._seed.value = chosen.demonstrations, chosen.seed
+
+
+class TimePanel:
+    """Time: dress, pause, step, look back, go on from there."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session = session
+        self.dress = gui.add_button("Dress", color="teal", hint="Simulate the chosen dressing")
+        self._go = gui.add_button("Pause", hint="Or go on from the moment that is looked at")
+        self._step = gui.add_button("Single step", hint="20 ms")
+        self._time = gui.add_slider("Time [s]", 0.0, 30.0, 0.02, 0.0)
+        speeds = (*SPEEDS,)
+        self._speed = gui.add_dropdown("Speed", speeds, initial_value="real time")
+        self._hand = gui.add_button(
+            "Lead by hand from here", hint="Takes the gripper at the moment that is looked at"
+        )
+        when_pressed(self.dress, session.dress)
+        when_pressed(self._go, lambda: session.pause() if session.running else session.go_on())
+        when_pressed(self._step, session.step_once)
+        when_pressed(self._hand, session.take_over)
+        when_asked(self._time, self._looked)
+        when_asked(self._speed, lambda: session.set_speed(SPEEDS.get(self._speed.value, 1.0)))
+
+    def _looked(self) -> None:
+        live = self._session.live
+        if live is not None:
+            dt = live.dressing.config.tracking.dt
+            self._session.look_at(max(0, round(float(self._time.value) / dt)))
+
+    def show(self) -> None:
+        """Where in time the page is."""
+        session, live = self._session, self._session.live
+        there = live is not None and session.showing
+        back = live is not None and session.at is not None and session.at < live.n_steps
+        self._go.label = "Pause" if session.running else "Go on from here" if back else "Go on"
+        self._go.disabled = not there or (live is not None and live.over and not back)
+        self._step.disabled = self._go.disabled or session.running
+        self._hand.disabled = self._go.disabled
+        self._time.disabled = not there
+        if live is not None and there:
+            dt = live.dressing.config.tracking.dt
+            at = live.n_steps if session.at is None else min(session.at, live.n_steps)
+            self._time.max = max(round(live.n_steps * dt, 3), 0.02)
+            self._time.value = round(min(at * dt, self._time.max), 3)
+
+
+class Plots:
+    """Force, strain and arm coordinate over time, with what a verdict allows."""
+
+    def __init__(self, gui: viser.GuiApi, series: Callable[..., Any], height: int = 120) -> None:
+        self._live: Live | None = None
+        self._plots = []
+        nothing = np.array([0.0, 1.0])
+        with gui.add_folder("Measured", expand_by_default=True):
+            for title, colour in (
+                ("Pull on the cloth [N]", "#c81e1e"),
+                ("Strain of 95 % of the area", "#7a3fb0"),
+                ("Arm coordinate s: 0 wrist, 1 elbow, 2 shoulder", "#1c6fb5"),
+            ):
+                plot = gui.add_uplot(
+                    (nothing, nothing * np.nan, nothing * np.nan, nothing * np.nan),
+                    (
+                        series(label="t [s]"),
+                        series(label="now", stroke=colour, width=2),
+                        series(label="limit", stroke="#888888", dash=(6, 4)),
+                        series(label="beside", stroke="#5a3cc8", width=1),
+                    ),
+                    title=title,
+                    height=height,
+                    legend={"show": False},
+                    scales={"x": {"time": False}},
+                )
+                self._plots.append(plot)
+
+    def show(self, live: Live, moments: Sequence[Moment], beside: Live | None) -> None:
+        """What was measured until now, and in another dressing."""
+        limits = live.dressing.config.thresholds
+        longest = max(moments, beside.moments if beside else [], key=len)
+        chosen = np.unique(np.linspace(0, len(longest) - 1, min(len(longest), _POINTS)).astype(int))
+        if len(chosen) < 2:
+            return
+        time = np.array([longest[at].row.time for at in chosen])
+        mine = _columns(moments, chosen)
+        other = _columns([] if beside is None else beside.moments, chosen)
+        allowed = (limits.grip_force, limits.strain, limits.armscye_s)
+        for number, plot in enumerate(self._plots):
+            limit = np.full(len(chosen), allowed[number])
+            plot.data = (time, mine[number], limit, other[number])
+
+
+def _columns(moments: Sequence[Moment], chosen: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Pull, strain and arm coordinate (3, n) of chosen moments; NaN where there are none."""
+    names = ("grip_force", "strain", "armscye_s")
+    values = np.full((len(names), len(chosen)), np.nan)
+    for column, at in enumerate(chosen[chosen < len(moments)]):
+        values[:, column] = [getattr(moments[at].row, name) for name in names]
+    return values

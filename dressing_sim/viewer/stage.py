@@ -1,0 +1,251 @@
+"""The scene in the browser: person, robot, cloth, paths and forces, drawn from what a session has.
+
+Only what has changed is sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from dressing_sim.arm import Posture
+from dressing_sim.viewer.live import Live, Moment
+from dressing_sim.viewer.preview import Preview
+from dressing_sim.viewer.shapes import (
+    Robot,
+    StrainMap,
+    link_centres,
+    person,
+    strain_colours,
+)
+from dressing_sim.world.mannequin import LINKS
+from dressing_sim.world.sleeve import SleeveMesh
+
+if TYPE_CHECKING:
+    import viser
+
+Points = NDArray[np.float64] | NDArray[np.float32]
+
+#: Colours of lines: the policy's path, the gripper's way, the guide, the other dressing.
+_PATH, _WAY, _GUIDE, _OTHER = (230, 120, 20), (40, 40, 40), (0, 150, 110), (90, 60, 200)
+
+#: Length of an arrow for each newton [m].
+_PER_NEWTON = 0.03
+
+#: Forces below this have no arrow [N].
+_LEAST = 0.05
+
+_NO_FACES = np.zeros((0, 3), dtype=np.uint32)
+
+
+class Stage:
+    """Draws into the scene that all tabs share.
+
+    Args:
+        server: Of viser.
+
+    Attributes:
+        elbow: Drag it to bend the arm.
+        wrist: Likewise.
+        gripper: Drag it to lead the gripper.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._scene = scene = server.scene
+        scene.set_up_direction("+z")
+        scene.configure_default_lights(cast_shadow=False)
+        scene.add_grid("/floor", width=4.0, height=4.0, position=(0.3, 0.0, -0.45), cell_size=0.25)
+        scene.add_box("/table", (115, 120, 128), (0.32, 0.32, 0.45), position=(-0.03, 0.0, -0.226))
+        scene.add_box("/stool", (115, 120, 128), (0.42, 0.36, 0.06), position=(0.7, -0.26, -0.29))
+        camera = server.initial_camera
+        camera.position, camera.look_at = (-0.35, 0.95, 0.85), (0.42, -0.10, 0.22)
+        camera.fov = np.deg2rad(48.0)
+        first = person(Posture("first", 0.0, 0.0, 0.0, 0.0))
+        self._person = {
+            name: scene.add_mesh_simple(f"/person/{name}", m.vertices, m.faces, color=m.colour)
+            for name, m in first.items()
+        }
+        none = np.zeros((3, 3), dtype=np.float32)
+        self._cloth = [
+            scene.add_mesh_simple(
+                f"/cloth/{number}", none, _NO_FACES, color=colour, side="double", visible=False
+            )
+            for number, colour in enumerate(strain_colours())
+        ]
+        self._other = scene.add_mesh_simple(
+            "/other", none, _NO_FACES, color=_OTHER, side="double", opacity=0.35, visible=False
+        )
+        self._frames = {
+            name: scene.add_frame(f"/frames/{name}", axes_length=0.10, axes_radius=0.004)
+            for name in ("shoulder", "wrist")
+        }
+        self._lines: dict[str, tuple[object, viser.SceneNodeHandle]] = {}
+        self._arrows: viser.SceneNodeHandle | None = None
+        self._labels = {
+            name: scene.add_label(f"/labels/{name}", "", visible=False) for name in (*LINKS, "grip")
+        }
+        self.elbow = self._handle("elbow", 0.13)
+        self.wrist = self._handle("wrist", 0.13)
+        self.gripper = self._handle("gripper", 0.22)
+        self.gripper.visible = False
+        self._robot: Robot | None = None
+        self._links: dict[str, viser.FrameHandle] = {}
+        self._drawn: dict[str, object] = {}
+        self._strain: tuple[SleeveMesh, StrainMap] | None = None
+
+    def _handle(self, name: str, scale: float) -> viser.TransformControlsHandle:
+        return self._scene.add_transform_controls(
+            f"/handles/{name}", scale=scale, disable_rotations=True, depth_test=False, opacity=0.8
+        )
+
+    def add_robot(self, robot: Robot) -> None:
+        """Add the robot, once its skin is known."""
+        for link, meshes in robot.skin.items():
+            self._links[link] = self._scene.add_frame(f"/robot/{link}", show_axes=False)
+            for number, mesh in enumerate(meshes):
+                name = f"/robot/{link}/{number}"
+                self._scene.add_mesh_simple(name, mesh.vertices, mesh.faces, color=mesh.colour)
+        self._robot = robot
+
+    def _news(self, name: str, value: object) -> bool:
+        """Whether something is not what was drawn last; it is from now on."""
+        if self._drawn.get(name, self) is value:
+            return False
+        self._drawn[name] = value
+        return True
+
+    def draw_arm(self, posture: Posture) -> None:
+        """The person, its frames, and the handles to bend the arm with."""
+        if not self._news("posture", posture):
+            return
+        for name, mesh in person(posture).items():
+            self._person[name].vertices = mesh.vertices
+        for name, frame in zip(self._frames, posture.frames(), strict=True):
+            self._frames[name].position = frame.b
+            self._frames[name].wxyz = Rotation.from_matrix(frame.A).as_quat(scalar_first=True)
+        self.elbow.position, self.wrist.position = posture.elbow, posture.wrist
+
+    def draw_handles(self, bend: bool, lead: NDArray[np.float64] | None) -> None:
+        """Which handles are there: to bend the arm, or to lead the gripper from a place (3,)."""
+        if self._news("bend", bend):
+            self.elbow.visible = self.wrist.visible = bend
+        if lead is not None and not self.gripper.visible:
+            self.gripper.position = lead
+        if self._news("lead", lead is not None):
+            self.gripper.visible = lead is not None
+
+    def draw_preview(self, shown: Preview) -> None:
+        """The sleeve before it falls, and the path that the policy would take."""
+        if not self._news("preview", shown):
+            return
+        self._drawn.pop("moment", None)
+        self._draw_cloth(shown.sleeve, shown.sleeve.vertices.astype(np.float32), 0.3)
+        self._line("path", None if shown.path is None else shown.path.positions, _PATH, 3.0)
+        self._line("way", None, _WAY, 4.0)
+        self.draw_forces(shown.posture, None)
+
+    def draw_robot(self, q: NDArray[np.float64]) -> None:
+        """The robot with joint positions (7,) [rad]."""
+        if self._robot is None:
+            return
+        for link, (position, quaternion) in self._robot.poses(q).items():
+            self._links[link].position, self._links[link].wxyz = position, quaternion
+
+    def draw_moment(self, live: Live, moment: Moment, way: Sequence[Moment]) -> None:
+        """A moment of a dressing, and the way (the moments until then) of the gripper."""
+        if not self._news("moment", moment):
+            return
+        self._drawn.pop("preview", None)
+        top = live.dressing.config.thresholds.strain
+        self._draw_cloth(live.dressing.world.mesh, moment.cloth, top)
+        self.draw_robot(moment.row.joint_position)
+        self._line("path", None if live.path is None else live.path.positions, _PATH, 3.0)
+        self._line("way", _thinned(way), _WAY, 4.0)
+        self.draw_forces(live.dressing.posture, moment)
+
+    def draw_other(self, live: Live | None, at: int) -> None:
+        """Another dressing at the same step: its cloth, and the way of its gripper."""
+        moment = None if live is None else live.moments[min(at, live.n_steps)]
+        if not self._news("other", moment):
+            return
+        self._other.visible = moment is not None
+        if live is not None and moment is not None:
+            self._other.vertices = moment.cloth
+            self._other.faces = live.dressing.world.mesh.triangles.astype(np.uint32)
+        self._line("other", None if live is None else _thinned(live.moments), _OTHER, 3.0)
+
+    def draw_guide(self, points: Points | None) -> None:
+        """A path to teach along, or none."""
+        if self._news("guide", points):
+            self._line("guide", points, _GUIDE, 3.0)
+
+    def _draw_cloth(self, mesh: SleeveMesh, cloth: NDArray[np.float32], top: float) -> None:
+        if self._strain is None or self._strain[0] is not mesh:
+            self._strain = mesh, StrainMap(mesh, top)
+        for handle, faces in zip(self._cloth, self._strain[1].faces(cloth), strict=True):
+            if len(faces):
+                handle.vertices, handle.faces = cloth, faces
+            handle.visible = len(faces) > 0
+
+    def _line(
+        self, name: str, points: Points | None, colour: tuple[int, int, int], width: float
+    ) -> None:
+        """A line of a name through points (n, 3); none for fewer than two."""
+        before = self._lines.get(name)
+        if before is not None and before[0] is points:
+            return
+        if points is None or len(points) < 2:
+            if before is not None:
+                before[1].remove()
+                del self._lines[name]
+            return
+        ends = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+        handle = self._scene.add_line_segments(
+            f"/lines/{name}", ends, colors=colour, thickness=width, thickness_units="screen"
+        )
+        self._lines[name] = points, handle
+
+    def draw_forces(self, posture: Posture, moment: Moment | None) -> None:
+        """Arrows of the cloth's force on each link of the arm, with newtons; and the pull."""
+        arrows = []
+        for name, label in self._labels.items():
+            centre = link_centres(posture).get(name)
+            if moment is None or (centre is None and name != "grip"):
+                label.visible = False
+                continue
+            if name == "grip":
+                place, newtons = moment.row.tcp, moment.row.grip_force
+                place, text = place + [0.0, 0.0, 0.06], f"pull {newtons:.1f} N"
+            else:
+                force = moment.row.link_force[LINKS.index(name)]
+                newtons, text = float(np.linalg.norm(force)), ""
+                assert centre is not None
+                place = centre + _PER_NEWTON * force
+                if newtons >= _LEAST:
+                    arrows.append([centre, place])
+                    text = f"{name.replace('_', ' ')} {newtons:.1f} N"
+            label.visible = newtons >= _LEAST
+            if newtons >= _LEAST:
+                label.text, label.position = text, place
+        if self._arrows is not None:
+            self._arrows.remove()
+            self._arrows = None
+        if arrows:
+            self._arrows = self._scene.add_arrows(
+                "/forces",
+                np.array(arrows, dtype=np.float32),
+                colors=(200, 30, 30),
+                shaft_radius=0.004,
+                head_radius=0.010,
+                head_length=0.02,
+            )
+
+
+def _thinned(moments: Sequence[Moment]) -> NDArray[np.float64]:
+    """The gripper's way (n, 3) [m], not finer than is seen."""
+    step = max(1, len(moments) // 150)
+    return np.array([moment.row.tcp for moment in [*moments[::step], moments[-1]]])

@@ -1,0 +1,158 @@
+"""A headless Chromium, driven through the DevTools protocol."""
+
+import base64
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+
+import pytest
+
+websocket = pytest.importorskip("websockets.sync.client")
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+_FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--mute-audio",
+    "--no-first-run",
+    "--disable-extensions",
+    "--disable-background-networking",
+    "--remote-debugging-port=0",
+)
+
+
+def find_chromium():
+    """The browser's path, or None."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+class Tab:
+    """A page of the browser."""
+
+    def __init__(self, address):
+        self._socket = websocket.connect(address, max_size=None, open_timeout=60)
+        self._number = 0
+        self.console = []
+        self.call("Runtime.enable")
+        self.call("Page.enable")
+
+    def call(self, method, **parameters):
+        self._number += 1
+        order = {"id": self._number, "method": method, "params": parameters}
+        self._socket.send(json.dumps(order))
+        while True:
+            answer = json.loads(self._socket.recv(timeout=120))
+            if answer.get("method") == "Runtime.exceptionThrown":
+                self.console.append(answer["params"]["exceptionDetails"])
+            if answer.get("id") == self._number:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                return answer["result"]
+
+    def run(self, script):
+        """The value of an expression in the page."""
+        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True)
+        if "exceptionDetails" in answer:
+            raise RuntimeError(f"{script}: {answer['exceptionDetails']}")
+        return answer["result"].get("value")
+
+    def wait(self, script, timeout=120.0):
+        """Wait until an expression is true."""
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            if value := self.run(script):
+                return value
+            time.sleep(0.1)
+        raise TimeoutError(f"{script} after {timeout} s; the page says: {self.text()}")
+
+    def text(self):
+        """All that can be read on the page."""
+        return self.run("document.body?.innerText")
+
+    def says(self, text, timeout=120.0):
+        """Wait until a text can be read on the page."""
+        return self.wait(f"document.body?.innerText?.includes({json.dumps(text)})", timeout)
+
+    def press(self, label, timeout=60.0):
+        """Press a button or a tab, once it can be."""
+        self.wait(
+            "(() => { const all = [...document.querySelectorAll('button')];"
+            f" const one = all.find((b) => b.innerText.trim() === {json.dumps(label)});"
+            " if (!one || one.disabled || one.dataset.disabled) return false;"
+            " one.click(); return true; })()",
+            timeout,
+        )
+
+    def box(self, script):
+        """Where an element is: left, top, width and height [pixels]."""
+        return self.run(
+            f"(() => {{ const r = ({script}).getBoundingClientRect();"
+            " return [r.left, r.top, r.width, r.height]; })()"
+        )
+
+    def drag(self, start, end, steps=12):
+        """Drag the mouse from one point to another [pixels]."""
+        (x, y), (to_x, to_y) = start, end
+        mouse = {"button": "left", "clickCount": 1}
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        time.sleep(0.3)
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
+        for step in range(1, steps + 1):
+            share = step / steps
+            place = {"x": x + share * (to_x - x), "y": y + share * (to_y - y)}
+            self.call("Input.dispatchMouseEvent", type="mouseMoved", buttons=1, **place, **mouse)
+            time.sleep(0.05)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, **mouse)
+
+    def picture(self, path=None):
+        """The page as PNG."""
+        data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+        if path is not None:
+            path.write_bytes(data)
+        return data
+
+    def close(self):
+        self.call("Page.close")
+        self._socket.close()
+
+
+class Chromium:
+    """The browser; its folder is removed by whoever made it."""
+
+    def __init__(self, folder, width=1400, height=1000):
+        program = find_chromium()
+        assert program is not None
+        command = [program, *_FLAGS, f"--user-data-dir={folder}", f"--window-size={width},{height}"]
+        self._log = (folder / "chromium.log").open("wb")
+        self._process = subprocess.Popen(
+            [*command, "about:blank"], stdout=self._log, stderr=self._log
+        )
+        file, end = folder / "DevToolsActivePort", time.monotonic() + 60.0
+        while not (file.is_file() and file.read_text().count("\n")):
+            assert self._process.poll() is None, (folder / "chromium.log").read_text()
+            assert time.monotonic() < end, "chromium does not start"
+            time.sleep(0.1)
+        self._port = int(file.read_text().splitlines()[0])
+
+    def open(self, address):
+        """A tab at an address."""
+        request = urllib.request.Request(
+            f"http://127.0.0.1:{self._port}/json/new?{address}", method="PUT"
+        )
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return Tab(json.load(answer)["webSocketDebuggerUrl"])
+
+    def close(self):
+        self._process.terminate()
+        try:
+            self._process.wait(20.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._log.close()
