@@ -16,11 +16,12 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.extras import needed
 from dressing_sim.viewer.live import ByHand
 from dressing_sim.viewer.panels import ArmPanel, Plots, TimePanel
+from dressing_sim.viewer.run_panel import RunPanel
 from dressing_sim.viewer.session import Session
 from dressing_sim.viewer.shapes import Robot
 from dressing_sim.viewer.stage import Stage
 from dressing_sim.viewer.teach_panel import TeachPanel
-from dressing_sim.viewer.words import state
+from dressing_sim.viewer.words import state, strain_legend
 
 if TYPE_CHECKING:
     import viser
@@ -51,7 +52,7 @@ def _server(library: Any, host: str, port: int) -> viser.ViserServer:
     """A server that listens at this port and no other, and that says nothing."""
     check_port(host, port)
 
-    class Local(library.ViserServer):  # type: ignore[misc]
+    class Local(library.ViserServer):
         """Nobody makes the page public: a client may otherwise ask for a tunnel to it."""
 
         def request_share_url(self, verbose: bool = True) -> None:
@@ -91,8 +92,17 @@ class Page:
             self._time = TimePanel(gui, session)
         with self._tabs.add_tab("Teach"):
             self._teach = TeachPanel(gui, session)
-        self._plots = Plots(gui, library.uplot.Series)
+        self._run: RunPanel | None = None
+        if session.past is not None:
+            with self._tabs.add_tab("Run"):
+                self._run = RunPanel(self._server, session, session.past)
         self._arm = ArmPanel(gui, session)
+        beside = gui.add_panel()
+        with beside.add_tab("Measured"):
+            self._plots = Plots(gui, library.uplot.Series)
+            gui.add_html(strain_legend(0.3))
+        beside.dock_left()
+        beside.set_width(300)
         for joint in ("elbow", "wrist"):
             self._follow_joint(joint)
         self._stage.gripper.on_update(lambda event: session.lead(np.array(event.target.position)))
@@ -173,6 +183,8 @@ class Page:
         self._arm.show()
         self._time.show()
         self._teach.show()
+        if self._run is not None:
+            self._run.show()
         live, now = session.live, time.perf_counter()
         due = now - self._plotted > 1.0 / _PLOTS or not session.running
         if live is not None and session.showing and due:

@@ -157,7 +157,7 @@ class Lessons:
         garment = "" if own else choices.garment
         return name, choices.demonstrations, garment, choices.seed, number
 
-    def _keep(self, kept: dict, key: tuple, value: object) -> None:  # type: ignore[type-arg]
+    def _keep(self, kept: dict, key: tuple, value: object) -> None:
         with self._lock:
             kept[key] = value
             while len(kept) > _KEPT:

@@ -36,6 +36,13 @@ _KNOWN = ("paper5", "case_a", "case_b", "baseline7")
 #: How fast time may go, by what the page calls it.
 SPEEDS = {"half": 0.5, "real time": 1.0, "double": 2.0, "as fast as it goes": 0.0}
 
+#: What is plotted: its title, its colour, and the top of its axis.
+_PLOTTED = (
+    ("Pull on the cloth [N]", "#c81e1e", 15.0),
+    ("Strain (95 % of the area is below)", "#7a3fb0", 0.45),
+    ("Arm coordinate s: 0 wrist, 1 elbow, 2 shoulder", "#1c6fb5", 2.3),
+)
+
 #: Points of a plot; more are not seen.
 _POINTS = 250
 
@@ -193,30 +200,24 @@ class TimePanel:
 class Plots:
     """Force, strain and arm coordinate over time, with what a verdict allows."""
 
-    def __init__(self, gui: viser.GuiApi, series: Callable[..., Any], height: int = 120) -> None:
-        self._live: Live | None = None
+    def __init__(self, gui: viser.GuiApi, series: Callable[..., Any], height: int = 150) -> None:
         self._plots = []
         nothing = np.array([0.0, 1.0])
-        with gui.add_folder("Measured", expand_by_default=True):
-            for title, colour in (
-                ("Pull on the cloth [N]", "#c81e1e"),
-                ("Strain of 95 % of the area", "#7a3fb0"),
-                ("Arm coordinate s: 0 wrist, 1 elbow, 2 shoulder", "#1c6fb5"),
-            ):
-                plot = gui.add_uplot(
-                    (nothing, nothing * np.nan, nothing * np.nan, nothing * np.nan),
-                    (
-                        series(label="t [s]"),
-                        series(label="now", stroke=colour, width=2),
-                        series(label="limit", stroke="#888888", dash=(6, 4)),
-                        series(label="beside", stroke="#5a3cc8", width=1),
-                    ),
-                    title=title,
-                    height=height,
-                    legend={"show": False},
-                    scales={"x": {"time": False}},
-                )
-                self._plots.append(plot)
+        for title, colour, top in _PLOTTED:
+            plot = gui.add_uplot(
+                (nothing, *[np.zeros(2)] * 3),
+                (
+                    series(label="t [s]"),
+                    series(label="other", stroke="#5a3cc8", width=1),
+                    series(label="limit", stroke="#888888", dash=(6, 4)),
+                    series(label="now", stroke=colour, width=2),
+                ),
+                title=title,
+                height=height,
+                legend={"show": False},
+                scales={"x": {"time": False}, "y": {"range": (0.0, top)}},
+            )
+            self._plots.append(plot)
 
     def show(self, live: Live, moments: Sequence[Moment], beside: Live | None) -> None:
         """What was measured until now, and in another dressing."""
@@ -227,17 +228,15 @@ class Plots:
             return
         time = np.array([longest[at].row.time for at in chosen])
         mine = _columns(moments, chosen)
-        other = _columns([] if beside is None else beside.moments, chosen)
+        other = mine if beside is None else _columns(beside.moments, chosen)
         allowed = (limits.grip_force, limits.strain, limits.armscye_s)
         for number, plot in enumerate(self._plots):
             limit = np.full(len(chosen), allowed[number])
-            plot.data = (time, mine[number], limit, other[number])
+            plot.data = (time, other[number], limit, mine[number])
 
 
 def _columns(moments: Sequence[Moment], chosen: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Pull, strain and arm coordinate (3, n) of chosen moments; NaN where there are none."""
+    """Pull, strain and arm coordinate (3, n) of chosen moments; the last one's after it."""
     names = ("grip_force", "strain", "armscye_s")
-    values = np.full((len(names), len(chosen)), np.nan)
-    for column, at in enumerate(chosen[chosen < len(moments)]):
-        values[:, column] = [getattr(moments[at].row, name) for name in names]
-    return values
+    rows = [moments[min(at, len(moments) - 1)].row for at in chosen]
+    return np.array([[getattr(row, name) for row in rows] for name in names])

@@ -14,6 +14,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.pictures.meshes import robot_skin
 from dressing_sim.pictures.strain_colours import COLOURS
 from dressing_sim.pictures.visuals import SKIN_INSET
+from dressing_sim.viewer.finer import finer
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS, SHIRT, SKIN, add_mannequin
 from dressing_sim.world.panda import ARM_JOINTS, ServoConfig, panda_spec
 from dressing_sim.world.scene import compiled
@@ -30,6 +31,9 @@ _GRAIN = 0.004
 N_COLOURS = 12
 
 Colour = tuple[int, int, int]
+
+#: Vertices (n, 3) [m] and faces (m, 3).
+_Part = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +57,7 @@ def colour_bytes(rgb: tuple[float, ...]) -> Colour:
     return red, green, blue
 
 
-def capsule(
-    start: NDArray[np.float64], end: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def capsule(start: NDArray[np.float64], end: NDArray[np.float64], radius: float) -> _Part:
     """Vertices (n, 3) [m] and faces (m, 3) of a capsule; a sphere if it has no length.
 
     The numbers of both are the same for all capsules.
@@ -132,7 +134,8 @@ class Robot:
         for part in robot_skin():
             vertices, faces = read_obj(part.obj)
             turned = Rotation.from_euler("xyz", part.rpy).apply(vertices)
-            red, green, blue = bytes.fromhex(part.colour)
+            # White as white plastic is under a lamp; a browser would burn it out.
+            red, green, blue = (round(0.86 * byte) for byte in bytes.fromhex(part.colour))
             mesh = Mesh(*coarser(turned, faces), (red, green, blue))
             if len(mesh.faces):
                 self.skin.setdefault(part.link, []).append(mesh)
@@ -175,26 +178,40 @@ def coarser(
     return merged.astype(np.float32), np.unique(kept, axis=0).astype(np.uint32)
 
 
-class StrainMap:
-    """Sorts the cloth's triangles by their strain into `N_COLOURS` colours.
+class Cloth:
+    """The sleeve as it is drawn: finer than it is simulated, in colours of its strain.
 
     Args:
         mesh: The sleeve at rest.
         top: Strain of the last colour.
-
-    Attributes:
-        colours: From no strain to the top.
     """
 
     def __init__(self, mesh: SleeveMesh, top: float) -> None:
-        self._gauge, self._triangles, self._top = StrainGauge(mesh), mesh.triangles, top
-        self.colours = strain_colours()
+        self._gauge, self._top = StrainGauge(mesh), top
+        self._corners = mesh.triangles.ravel()
+        self._areas = np.repeat(self._gauge.areas, 3)
+        self._total = np.bincount(self._corners, self._areas)
+        self._fine = finer(mesh.triangles, len(mesh.vertices))
+        self._faces = self._fine.faces.astype(np.uint32)
 
-    def faces(self, cloth: NDArray[np.float32]) -> list[NDArray[np.uint32]]:
-        """The triangles (m, 3) of each colour, some of them none."""
-        share = self._gauge.principal(cloth.astype(float)) / self._top
+    def drawn(
+        self, cloth: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], list[NDArray[np.uint32]]]:
+        """Vertices (n, 3) [m], and the triangles (m, 3) of each of `N_COLOURS`, some of them none.
+
+        Args:
+            cloth: Vertices that are simulated, (n_vertices, 3) [m].
+        """
+        strain = np.repeat(self._gauge.principal(cloth.astype(float)), 3)
+        mean = np.bincount(self._corners, self._areas * strain) / self._total
+        share = self._fine.vertices(mean.astype(np.float32))[self._faces].mean(axis=1) / self._top
         step = np.clip((share * N_COLOURS).astype(int), 0, N_COLOURS - 1)
-        return [self._triangles[step == one].astype(np.uint32) for one in range(N_COLOURS)]
+        parts = [self._faces[step == colour] for colour in range(N_COLOURS)]
+        return self._fine.vertices(cloth), parts
+
+    def plain(self, cloth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """Vertices (n, 3) [m] and all triangles (m, 3)."""
+        return self._fine.vertices(cloth), self._faces
 
 
 def strain_colours() -> list[Colour]:

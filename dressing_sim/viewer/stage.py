@@ -16,8 +16,8 @@ from dressing_sim.arm import Posture
 from dressing_sim.viewer.live import Live, Moment
 from dressing_sim.viewer.preview import Preview
 from dressing_sim.viewer.shapes import (
+    Cloth,
     Robot,
-    StrainMap,
     link_centres,
     person,
     strain_colours,
@@ -57,13 +57,10 @@ class Stage:
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = scene = server.scene
         scene.set_up_direction("+z")
-        scene.configure_default_lights(cast_shadow=False)
-        scene.add_grid("/floor", width=4.0, height=4.0, position=(0.3, 0.0, -0.45), cell_size=0.25)
-        scene.add_box("/table", (115, 120, 128), (0.32, 0.32, 0.45), position=(-0.03, 0.0, -0.226))
-        scene.add_box("/stool", (115, 120, 128), (0.42, 0.36, 0.06), position=(0.7, -0.26, -0.29))
+        self._furnish()
         camera = server.initial_camera
-        camera.position, camera.look_at = (-0.35, 0.95, 0.85), (0.42, -0.10, 0.22)
-        camera.fov = np.deg2rad(48.0)
+        camera.position, camera.look_at = (-0.05, 1.05, 0.80), (0.40, -0.12, 0.22)
+        camera.fov = np.deg2rad(46.0)
         first = person(Posture("first", 0.0, 0.0, 0.0, 0.0))
         self._person = {
             name: scene.add_mesh_simple(f"/person/{name}", m.vertices, m.faces, color=m.colour)
@@ -95,7 +92,30 @@ class Stage:
         self._robot: Robot | None = None
         self._links: dict[str, viser.FrameHandle] = {}
         self._drawn: dict[str, object] = {}
-        self._strain: tuple[SleeveMesh, StrainMap] | None = None
+        self._sewn: tuple[SleeveMesh, Cloth] | None = None
+
+    def _furnish(self) -> None:
+        """Light, a floor, and what robot and person are on."""
+        scene = self._scene
+        scene.configure_default_lights(enabled=False)
+        scene.configure_environment_map(None)
+        scene.add_light_hemisphere(
+            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 160), intensity=1.6
+        )
+        # A directional light shines from its place towards the origin.
+        scene.add_light_directional("/light/sun", intensity=1.5, position=(-0.6, 1.4, 2.2))
+        scene.set_background_image(_backdrop())
+        scene.add_grid(
+            "/floor",
+            width=4.0,
+            height=4.0,
+            position=(0.3, 0.0, -0.45),
+            cell_size=0.25,
+            cell_color=(190, 196, 203),
+            section_color=(165, 172, 180),
+        )
+        scene.add_box("/table", (92, 98, 108), (0.32, 0.32, 0.45), position=(-0.03, 0.0, -0.226))
+        scene.add_box("/stool", (92, 98, 108), (0.42, 0.36, 0.06), position=(0.7, -0.26, -0.29))
 
     def _handle(self, name: str, scale: float) -> viser.TransformControlsHandle:
         return self._scene.add_transform_controls(
@@ -174,8 +194,8 @@ class Stage:
             return
         self._other.visible = moment is not None
         if live is not None and moment is not None:
-            self._other.vertices = moment.cloth
-            self._other.faces = live.dressing.world.mesh.triangles.astype(np.uint32)
+            mesh, top = live.dressing.world.mesh, live.dressing.config.thresholds.strain
+            self._other.vertices, self._other.faces = Cloth(mesh, top).plain(moment.cloth)
         self._line("other", None if live is None else _thinned(live.moments), _OTHER, 3.0)
 
     def draw_guide(self, points: Points | None) -> None:
@@ -183,12 +203,16 @@ class Stage:
         if self._news("guide", points):
             self._line("guide", points, _GUIDE, 3.0)
 
+    def _cloth_of(self, mesh: SleeveMesh, top: float) -> Cloth:
+        if self._sewn is None or self._sewn[0] is not mesh:
+            self._sewn = mesh, Cloth(mesh, top)
+        return self._sewn[1]
+
     def _draw_cloth(self, mesh: SleeveMesh, cloth: NDArray[np.float32], top: float) -> None:
-        if self._strain is None or self._strain[0] is not mesh:
-            self._strain = mesh, StrainMap(mesh, top)
-        for handle, faces in zip(self._cloth, self._strain[1].faces(cloth), strict=True):
+        vertices, parts = self._cloth_of(mesh, top).drawn(cloth)
+        for handle, faces in zip(self._cloth, parts, strict=True):
             if len(faces):
-                handle.vertices, handle.faces = cloth, faces
+                handle.vertices, handle.faces = vertices, faces
             handle.visible = len(faces) > 0
 
     def _line(
@@ -243,6 +267,13 @@ class Stage:
                 head_radius=0.010,
                 head_length=0.02,
             )
+
+
+def _backdrop() -> NDArray[np.uint8]:
+    """A picture of a wall that is lighter above than below, (n, 2, 3)."""
+    shade = np.linspace(238.0, 205.0, 256)[:, None]
+    rgb = np.round(shade + np.array([-4.0, 0.0, 5.0])).astype(np.uint8)
+    return np.repeat(rgb[:, None], 2, axis=1)
 
 
 def _thinned(moments: Sequence[Moment]) -> NDArray[np.float64]:
