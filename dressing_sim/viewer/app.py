@@ -107,6 +107,7 @@ class Page:
             self._follow_joint(joint)
         self._stage.gripper.on_update(lambda event: session.lead(np.array(event.target.position)))
         self._closed = threading.Event()
+        self._painted, self._seen = threading.Condition(), -1
         self._plotted = 0.0
         self._threads = [
             threading.Thread(target=work, name=f"page-{work.__name__}", daemon=True)
@@ -120,6 +121,16 @@ class Page:
     def port(self) -> int:
         """Where it listens."""
         return int(self._server.get_port())
+
+    @property
+    def n_messages(self) -> int:
+        """Messages that are kept for tabs that will be opened."""
+        return len(self._server._websock_server._broadcast_buffer.message_from_id)
+
+    def wait_until_drawn(self, timeout: float) -> bool:
+        """Wait until all tabs have been told what the session has now; whether they have."""
+        with self._painted:
+            return self._painted.wait_for(lambda: self._seen >= self.session.version, timeout)
 
     def close(self) -> None:
         """Stop serving."""
@@ -143,15 +154,17 @@ class Page:
         self.session.refresh()
 
     def _paint(self) -> None:
-        seen = -1
         while not self._closed.is_set():
-            now = self.session.news(seen, 0.2)
-            if now == seen:
+            now = self.session.news(self._seen, 0.2)
+            if now == self._seen:
                 continue
-            seen, begun = now, time.perf_counter()
+            begun = time.perf_counter()
             with self._server.atomic():
                 self._draw()
                 self._tell()
+            with self._painted:
+                self._seen = now
+                self._painted.notify_all()
             self._closed.wait(max(0.0, 1.0 / _FPS - (time.perf_counter() - begun)))
 
     def _draw(self) -> None:

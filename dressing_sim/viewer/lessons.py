@@ -101,7 +101,9 @@ class Lessons:
             self._number += 1
 
     def ready(self, choices: Choices) -> Policy | None:
-        """The policy, if it has learned already."""
+        """The policy, if it has learned already, or has nothing to learn."""
+        if not learns(choices.policy_name):
+            return hosted_policy(choices.policy_name)
         with self._lock:
             return self._policies.get(self._key(choices))
 

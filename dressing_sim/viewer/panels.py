@@ -38,7 +38,7 @@ SPEEDS = {"half": 0.5, "real time": 1.0, "double": 2.0, "as fast as it goes": 0.
 
 #: What is plotted: its title, its colour, and the top of its axis.
 _PLOTTED = (
-    ("Pull on the cloth [N]", "#c81e1e", 15.0),
+    ("Pull on the cloth [N]", "#c81e1e", 14.0),
     ("Strain (95 % of the area is below)", "#7a3fb0", 0.45),
     ("Arm coordinate s: 0 wrist, 1 elbow, 2 shoulder", "#1c6fb5", 2.3),
 )

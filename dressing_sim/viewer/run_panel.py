@@ -159,7 +159,8 @@ def failure_map(episodes: Sequence[EpisodeResult]) -> str:
     )
     return (
         f'<div style="padding: 4px 12px; font-size: 12px"><svg role="img" '
-        f'aria-label="verdicts over elbow and flexion" viewBox="0 0 {width:g} {height:g}" style="width: 100%">{dots}'
+        f'aria-label="verdicts over elbow and flexion" style="width: 100%" '
+        f'viewBox="0 0 {width:g} {height:g}">{dots}'
         f'<text x="{width / 2:g}" y="{height - 4:g}" font-size="11" text-anchor="middle" '
         f'fill="currentColor">{ranges[0]}</text>'
         f'<text x="10" y="{height / 2:g}" font-size="11" text-anchor="middle" fill="currentColor" '

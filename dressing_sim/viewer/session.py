@@ -113,6 +113,11 @@ class Session:
             self._news.wait_for(lambda: self._version != seen, timeout)
             return self._version
 
+    @property
+    def version(self) -> int:
+        """How often something has changed."""
+        return self._version
+
     def wait(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Wait until something is so; whether it is."""
         with self._news:
@@ -205,12 +210,16 @@ class Session:
             return
         self._tell(running=True, at=None)
         try:
-            due = time.perf_counter()
+            due, waited = time.perf_counter(), False
             while order == self._order:
                 if live.waits:
+                    if not waited:
+                        self._tell()
+                    waited = True
                     time.sleep(_PATIENCE)
                     due = time.perf_counter()
                     continue
+                waited = False
                 if not live.step():
                     break
                 self._tell()
@@ -368,6 +377,7 @@ class Session:
     def train(self) -> None:
         """Learn from the takes from now on."""
         self.choose(replace(self.choices, demonstrations=TAKES))
+        self._tell(showing=False)
 
     def set_speed(self, speed: float) -> None:
         """How fast time goes, see `speed`."""

@@ -248,9 +248,10 @@ class Stage:
                 force = moment.row.link_force[LINKS.index(name)]
                 newtons, text = float(np.linalg.norm(force)), ""
                 assert centre is not None
-                place = centre + _PER_NEWTON * force
+                begin = centre + 0.05 * force / max(newtons, _LEAST)  # out of the arm
+                place = begin + _PER_NEWTON * force
                 if newtons >= _LEAST:
-                    arrows.append([centre, place])
+                    arrows.append([begin, place])
                     text = f"{name.replace('_', ' ')} {newtons:.1f} N"
             label.visible = newtons >= _LEAST
             if newtons >= _LEAST:

@@ -6,10 +6,9 @@ import shutil
 import subprocess
 import time
 import urllib.request
+from math import hypot
 
-import pytest
-
-websocket = pytest.importorskip("websockets.sync.client")
+from websockets.sync.client import connect
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -36,7 +35,7 @@ class Tab:
     """A page of the browser."""
 
     def __init__(self, address):
-        self._socket = websocket.connect(address, max_size=None, open_timeout=60)
+        self._socket = connect(address, max_size=None, open_timeout=60)
         self._number = 0
         self.console = []
         self.call("Runtime.enable")
@@ -89,6 +88,16 @@ class Tab:
             timeout,
         )
 
+    def tab(self, label, timeout=60.0):
+        """Open a tab of the panel."""
+        self.wait(
+            "(() => { const one = [...document.querySelectorAll('*')].find((e) =>"
+            f" !e.children.length && e.textContent.trim() === {json.dumps(label)}"
+            " && !e.closest('button:not([role=tab])'));"
+            " if (!one) return false; one.click(); return true; })()",
+            timeout,
+        )
+
     def box(self, script):
         """Where an element is: left, top, width and height [pixels]."""
         return self.run(
@@ -96,18 +105,18 @@ class Tab:
             " return [r.left, r.top, r.width, r.height]; })()"
         )
 
-    def drag(self, start, end, steps=12):
-        """Drag the mouse from one point to another [pixels]."""
+    def drag(self, start, end, pixels=6.0):
+        """Drag the mouse from one point to another [pixels], some at a time."""
         (x, y), (to_x, to_y) = start, end
         mouse = {"button": "left", "clickCount": 1}
         self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
-        time.sleep(0.3)
+        time.sleep(0.5)
         self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
+        steps = max(1, round(hypot(to_x - x, to_y - y) / pixels))
         for step in range(1, steps + 1):
             share = step / steps
             place = {"x": x + share * (to_x - x), "y": y + share * (to_y - y)}
             self.call("Input.dispatchMouseEvent", type="mouseMoved", buttons=1, **place, **mouse)
-            time.sleep(0.05)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, **mouse)
 
     def picture(self, path=None):
