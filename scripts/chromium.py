@@ -119,8 +119,20 @@ class Tab:
             self.call("Input.dispatchMouseEvent", type="mouseMoved", buttons=1, **place, **mouse)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, **mouse)
 
+    def settle(self, patience=3.0):
+        """Wait until two pictures, some seconds apart, are the same."""
+        before = None
+        for _ in range(40):
+            now = self.picture()
+            if now == before:
+                return
+            before = now
+            time.sleep(patience)
+
     def picture(self, path=None):
-        """The page as PNG."""
+        """The page as PNG; what the browser says of its own graphics is closed."""
+        closed = "[class*=Notification] button"
+        self.run(f"document.querySelectorAll('{closed}').forEach((b) => b.click())")
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         if path is not None:
             path.write_bytes(data)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import socket
 import threading
 import time
@@ -25,6 +26,8 @@ from dressing_sim.viewer.words import state, strain_legend
 
 if TYPE_CHECKING:
     import viser
+
+_LOG = logging.getLogger("dressing_sim")
 
 #: Pictures a second that are sent, and plots.
 _FPS, _PLOTS = 25.0, 3.0
@@ -106,7 +109,7 @@ class Page:
         for joint in ("elbow", "wrist"):
             self._follow_joint(joint)
         self._stage.gripper.on_update(lambda event: session.lead(np.array(event.target.position)))
-        self._closed = threading.Event()
+        self._closed, self._robot_there = threading.Event(), threading.Event()
         self._painted, self._seen = threading.Condition(), -1
         self._plotted = 0.0
         self._threads = [
@@ -147,10 +150,15 @@ class Page:
 
         handle.on_update(moved)
 
+    def wait_for_robot(self, timeout: float) -> bool:
+        """Wait until the robot's skin is there, which takes some seconds; whether it is."""
+        return self._robot_there.wait(timeout)
+
     def _load_robot(self) -> None:
         robot = Robot()
         with self._server.atomic():
             self._stage.add_robot(robot)
+        self._robot_there.set()
         self.session.refresh()
 
     def _paint(self) -> None:
@@ -159,9 +167,12 @@ class Page:
             if now == self._seen:
                 continue
             begun = time.perf_counter()
-            with self._server.atomic():
-                self._draw()
-                self._tell()
+            try:
+                with self._server.atomic():
+                    self._draw()
+                    self._tell()
+            except Exception:  # the next picture may be fine, and the session goes on anyway
+                _LOG.exception("the page: a picture was left out")
             with self._painted:
                 self._seen = now
                 self._painted.notify_all()
@@ -176,17 +187,16 @@ class Page:
             stage.draw_arm(live.dressing.posture)
             stage.draw_moment(live, moment, moments[: at + 1])
             stage.draw_other(session.beside, at)
-            hand = live.leader.target if isinstance(live.leader, ByHand) else None
             leading = session.by_hand and session.at is None
-            stage.draw_handles(bend=False, lead=hand if leading else None)
-            points = None if session.guide is None or not leading else session.guide.positions
-            stage.draw_guide(points)
+            hand = live.leader if leading and isinstance(live.leader, ByHand) else None
+            stage.draw_handles(bend=False, leader=hand)
+            stage.draw_guide(session.guide if leading else None)
         elif session.preview is not None:
             stage.draw_arm(session.preview.posture)
             stage.draw_preview(session.preview)
             stage.draw_other(None, 0)
             stage.draw_guide(None)
-            stage.draw_handles(bend=True, lead=None)
+            stage.draw_handles(bend=True, leader=None)
             if session.rest is not None:
                 stage.draw_robot(session.rest)
 

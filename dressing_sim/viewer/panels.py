@@ -62,6 +62,11 @@ def when_pressed(button: viser.GuiButtonHandle, pressed: Callable[[], None]) -> 
     button.on_click(lambda event: pressed())
 
 
+def put(control: Any, value: object) -> None:
+    """Show a value in a control; type checkers take viser's for one that cannot be set."""
+    control.value = value
+
+
 class ArmPanel:
     """Which arm is dressed, with what, and by whom."""
 
@@ -143,14 +148,17 @@ class ArmPanel:
         """What is chosen, whoever chose it."""
         chosen = self._session.choices
         posture = chosen.posture
-        self._name.value = posture.name if posture.name in self._known else "as below"
+        put(self._name, posture.name if posture.name in self._known else "as below")
         for name, slider in self._angles.items():
-            slider.value = float(getattr(posture, name))
-        self._size.value = posture.size if isinstance(posture.size, str) else "own"
-        self._garment.value, self._friction.value = chosen.garment, chosen.own_friction
-        self._policy.value, self._augmentation.value = chosen.policy, chosen.augmentation
+            put(slider, float(getattr(posture, name)))
+        put(self._size, posture.size if isinstance(posture.size, str) else "own")
+        put(self._garment, chosen.garment)
+        put(self._friction, chosen.own_friction)
+        put(self._policy, chosen.policy)
+        put(self._augmentation, chosen.augmentation)
+        put(self._learned, chosen.demonstrations)
+        put(self._seed, chosen.seed)
         self._augmentation.visible = chosen.policy == PLAIN
-        self._learned.value, self._seed.value = chosen.demonstrations, chosen.seed
 
 
 class TimePanel:
@@ -194,7 +202,7 @@ class TimePanel:
             dt = live.dressing.config.tracking.dt
             at = live.n_steps if session.at is None else min(session.at, live.n_steps)
             self._time.max = max(round(live.n_steps * dt, 3), 0.02)
-            self._time.value = round(min(at * dt, self._time.max), 3)
+            put(self._time, round(min(at * dt, self._time.max), 3))
 
 
 class Plots:

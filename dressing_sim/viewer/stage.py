@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from dressing_sim.arm import Posture
-from dressing_sim.viewer.live import Live, Moment
+from dressing_sim.path import Path
+from dressing_sim.viewer.live import ByHand, Live, Moment
 from dressing_sim.viewer.preview import Preview
 from dressing_sim.viewer.shapes import (
     Cloth,
@@ -149,14 +150,14 @@ class Stage:
             self._frames[name].wxyz = Rotation.from_matrix(frame.A).as_quat(scalar_first=True)
         self.elbow.position, self.wrist.position = posture.elbow, posture.wrist
 
-    def draw_handles(self, bend: bool, lead: NDArray[np.float64] | None) -> None:
-        """Which handles are there: to bend the arm, or to lead the gripper from a place (3,)."""
+    def draw_handles(self, bend: bool, leader: ByHand | None) -> None:
+        """Which handles are there: to bend the arm, or for somebody to lead the gripper."""
         if self._news("bend", bend):
             self.elbow.visible = self.wrist.visible = bend
-        if lead is not None and not self.gripper.visible:
-            self.gripper.position = lead
-        if self._news("lead", lead is not None):
-            self.gripper.visible = lead is not None
+        if self._news("leader", leader):
+            if leader is not None:
+                self.gripper.position = leader.target
+            self.gripper.visible = leader is not None
 
     def draw_preview(self, shown: Preview) -> None:
         """The sleeve before it falls, and the path that the policy would take."""
@@ -198,10 +199,10 @@ class Stage:
             self._other.vertices, self._other.faces = Cloth(mesh, top).plain(moment.cloth)
         self._line("other", None if live is None else _thinned(live.moments), _OTHER, 3.0)
 
-    def draw_guide(self, points: Points | None) -> None:
+    def draw_guide(self, path: Path | None) -> None:
         """A path to teach along, or none."""
-        if self._news("guide", points):
-            self._line("guide", points, _GUIDE, 3.0)
+        if self._news("guide", path):
+            self._line("guide", None if path is None else path.positions, _GUIDE, 3.0)
 
     def _cloth_of(self, mesh: SleeveMesh, top: float) -> Cloth:
         if self._sewn is None or self._sewn[0] is not mesh:

@@ -24,6 +24,7 @@ COMMANDS = (
     "learn",
     "dress",
     "planar",
+    "view",
     "doctor",
 )
 
