@@ -159,7 +159,7 @@ class Page:
         with self._server.atomic():
             self._stage.add_robot(robot)
         self._robot_there.set()
-        self.session.refresh()
+        self.session.tell()
 
     def _paint(self) -> None:
         while not self._closed.is_set():
