@@ -90,13 +90,19 @@ class Tab:
 
     def tab(self, label, timeout=60.0):
         """Open a tab of the panel."""
-        self.wait(
-            "(() => { const one = [...document.querySelectorAll('*')].find((e) =>"
-            f" !e.children.length && e.textContent.trim() === {json.dumps(label)}"
-            " && !e.closest('button:not([role=tab])'));"
-            " if (!one) return false; one.click(); return true; })()",
-            timeout,
+        one = f"document.querySelector('[role=tab][title={json.dumps(label)}]')"
+        self.wait(f"{one} !== null", timeout)
+        left, top, width, height = self.box(one)
+        self.drag(
+            (left + width / 2.0, top + height / 2.0), (left + width / 2.0, top + height / 2.0)
         )
+        self.wait(f"{one}.getAttribute('aria-selected') === 'true'", timeout)
+
+    def key(self, name, code):
+        """Press a key, such as ``ArrowRight``, 39."""
+        for kind in ("rawKeyDown", "keyUp"):
+            key = {"key": name, "code": name, "windowsVirtualKeyCode": code}
+            self.call("Input.dispatchKeyEvent", type=kind, **key)
 
     def box(self, script):
         """Where an element is: left, top, width and height [pixels]."""
@@ -112,7 +118,7 @@ class Tab:
         self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
         time.sleep(0.5)
         self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
-        steps = max(1, round(hypot(to_x - x, to_y - y) / pixels))
+        steps = round(hypot(to_x - x, to_y - y) / pixels)
         for step in range(1, steps + 1):
             share = step / steps
             place = {"x": x + share * (to_x - x), "y": y + share * (to_y - y)}

@@ -148,6 +148,13 @@ class Page:
             place = np.array(handle.position)
             self.session.choose_by(lambda choices: choices.dragged(joint, place))
 
+        # What is awaited comes in order; the arm follows in a thread of its own.
+        async def held(event: viser.TransformControlsEvent) -> None:
+            if event.phase != "update":
+                self._stage.hold(joint if event.phase == "start" else None)
+                self.session.tell()
+
+        handle.on_update(held)
         handle.on_update(moved)
 
     def wait_for_robot(self, timeout: float) -> bool:

@@ -20,7 +20,6 @@ from dressing_sim.viewer.choices import (
     PLAIN,
     SUITES,
     TAKES,
-    Choices,
     policies,
 )
 from dressing_sim.viewer.live import Live, Moment
@@ -62,16 +61,28 @@ def when_pressed(button: viser.GuiButtonHandle, pressed: Callable[[], None]) -> 
     button.on_click(lambda event: pressed())
 
 
-def put(control: Any, value: object) -> None:
-    """Show a value in a control; type checkers take viser's for one that cannot be set."""
-    control.value = value
+class Shown:
+    """What controls show. What somebody is just changing is left alone."""
+
+    def __init__(self) -> None:
+        self._values: dict[int, object] = {}
+
+    def put(self, control: Any, value: object) -> None:
+        """Show a value, unless it is what was shown or read last."""
+        if self._values.get(id(control)) != value:
+            self._values[id(control)] = control.value = value
+
+    def read(self, control: Any) -> Any:
+        """The value that somebody has chosen."""
+        self._values[id(control)] = value = control.value
+        return value
 
 
 class ArmPanel:
     """Which arm is dressed, with what, and by whom."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._session = session
+        self._session, self._shown = session, Shown()
         chosen = session.choices
         self._known = {p.name: p for suite in _KNOWN for p in load_suite(suite)}
         with gui.add_folder("Arm"):
@@ -108,45 +119,50 @@ class ArmPanel:
         when_asked(self._name, self._named)
         for slider in self._angles.values():
             when_asked(slider, self._bent)
-        when_asked(self._size, lambda: self._choose(lambda c: c.sized(self._size.value)))
+        when_asked(self._size, self._sized)
         when_asked(self._garment, self._dressed)
-        when_asked(
-            self._friction,
-            lambda: self._choose(lambda c: replace(c, friction=float(self._friction.value))),
-        )
+        when_asked(self._friction, self._rubbed)
         for control in (self._policy, self._augmentation, self._learned, self._seed):
             when_asked(control, self._taught)
 
-    def _choose(self, change: Callable[[Choices], Choices]) -> None:
-        self._session.choose_by(change)
-
     def _named(self) -> None:
-        posture = self._known.get(self._name.value)
+        posture = self._known.get(self._shown.read(self._name))
         if posture is not None:
-            self._choose(lambda choices: replace(choices, posture=posture))
+            self._session.choose_by(lambda choices: replace(choices, posture=posture))
 
     def _bent(self) -> None:
-        angles = {name: float(slider.value) for name, slider in self._angles.items()}
-        self._choose(lambda choices: choices.bent(**angles))
+        angles = {name: float(self._shown.read(one)) for name, one in self._angles.items()}
+        self._session.choose_by(lambda choices: choices.bent(**angles))
+
+    def _sized(self) -> None:
+        size = self._shown.read(self._size)
+        self._session.choose_by(lambda choices: choices.sized(size))
 
     def _dressed(self) -> None:
-        garment = self._garment.value
-        self._choose(lambda choices: replace(choices, garment=garment, friction=None))
+        garment = self._shown.read(self._garment)
+        self._session.choose_by(lambda choices: replace(choices, garment=garment, friction=None))
+
+    def _rubbed(self) -> None:
+        friction = float(self._shown.read(self._friction))
+        self._session.choose_by(lambda choices: replace(choices, friction=friction))
 
     def _taught(self) -> None:
-        self._choose(
+        read = self._shown.read
+        policy, augmentation = read(self._policy), read(self._augmentation)
+        learned, seed = read(self._learned), int(read(self._seed))
+        self._session.choose_by(
             lambda choices: replace(
                 choices,
-                policy=self._policy.value,
-                augmentation=self._augmentation.value,
-                demonstrations=self._learned.value,
-                seed=int(self._seed.value),
+                policy=policy,
+                augmentation=augmentation,
+                demonstrations=learned,
+                seed=seed,
             )
         )
 
     def show(self) -> None:
         """What is chosen, whoever chose it."""
-        chosen = self._session.choices
+        chosen, put = self._session.choices, self._shown.put
         posture = chosen.posture
         put(self._name, posture.name if posture.name in self._known else "as below")
         for name, slider in self._angles.items():
@@ -165,7 +181,7 @@ class TimePanel:
     """Time: dress, pause, step, look back, go on from there."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._session = session
+        self._session, self._shown = session, Shown()
         self.dress = gui.add_button("Dress", color="teal", hint="Simulate the chosen dressing")
         self._go = gui.add_button("Pause", hint="Or go on from the moment that is looked at")
         self._step = gui.add_button("Single step", hint="20 ms")
@@ -186,7 +202,7 @@ class TimePanel:
         live = self._session.live
         if live is not None:
             dt = live.dressing.config.tracking.dt
-            self._session.look_at(max(0, round(float(self._time.value) / dt)))
+            self._session.look_at(max(0, round(float(self._shown.read(self._time)) / dt)))
 
     def show(self) -> None:
         """Where in time the page is."""
@@ -202,7 +218,7 @@ class TimePanel:
             dt = live.dressing.config.tracking.dt
             at = live.n_steps if session.at is None else min(session.at, live.n_steps)
             self._time.max = max(round(live.n_steps * dt, 3), 0.02)
-            put(self._time, round(min(at * dt, self._time.max), 3))
+            self._shown.put(self._time, round(min(at * dt, self._time.max), 3))
 
 
 class Plots:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.benchmark.records import EpisodeResult
-from dressing_sim.viewer.panels import put, when_asked, when_pressed
+from dressing_sim.viewer.panels import Shown, when_asked, when_pressed
 from dressing_sim.viewer.past import Past, colour_of, verdict_of
 from dressing_sim.viewer.session import Session
 from dressing_sim.viewer.shapes import capsule
@@ -87,7 +87,7 @@ class RunPanel:
         episodes = self._episodes()
         places = np.array([one.posture.wrist for one in episodes])
         at = nearest(places, np.array(event.ray_origin), np.array(event.ray_direction))
-        put(self._posture, episodes[at].posture.name)
+        Shown().put(self._posture, episodes[at].posture.name)
         self._chosen()
 
     def _chosen(self) -> None:

@@ -53,6 +53,7 @@ class Stage:
         elbow: Drag it to bend the arm.
         wrist: Likewise.
         gripper: Drag it to lead the gripper.
+        held: Name of the joint that is being dragged, or None.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -90,6 +91,7 @@ class Stage:
         self.wrist = self._handle("wrist", 0.13)
         self.gripper = self._handle("gripper", 0.22)
         self.gripper.visible = False
+        self.held: str | None = None
         self._robot: Robot | None = None
         self._links: dict[str, viser.FrameHandle] = {}
         self._drawn: dict[str, object] = {}
@@ -148,7 +150,14 @@ class Stage:
         for name, frame in zip(self._frames, posture.frames(), strict=True):
             self._frames[name].position = frame.b
             self._frames[name].wxyz = Rotation.from_matrix(frame.A).as_quat(scalar_first=True)
-        self.elbow.position, self.wrist.position = posture.elbow, posture.wrist
+        for name, handle in (("elbow", self.elbow), ("wrist", self.wrist)):
+            if name != self.held:  # it is where the mouse is
+                handle.position = getattr(posture, name)
+
+    def hold(self, joint: str | None) -> None:
+        """Somebody begins to drag a joint, or lets it go: it then snaps back onto the arm."""
+        self.held = joint
+        self._drawn.pop("posture", None)
 
     def draw_handles(self, bend: bool, leader: ByHand | None) -> None:
         """Which handles are there: to bend the arm, or for somebody to lead the gripper."""
