@@ -111,19 +111,27 @@ class Tab:
             " return [r.left, r.top, r.width, r.height]; })()"
         )
 
-    def drag(self, start, end, pixels=6.0):
+    def frames(self, number=2):
+        """Wait until the page has been drawn so many times."""
+        script = "new Promise((done) => requestAnimationFrame(() => done(true)))"
+        for _ in range(number):
+            self.call("Runtime.evaluate", expression=script, awaitPromise=True)
+
+    def drag(self, start, end, pixels=12.0):
         """Drag the mouse from one point to another [pixels], some at a time."""
         (x, y), (to_x, to_y) = start, end
-        mouse = {"button": "left", "clickCount": 1}
-        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
-        time.sleep(0.5)
-        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
-        steps = round(hypot(to_x - x, to_y - y) / pixels)
-        for step in range(1, steps + 1):
-            share = step / steps
+        steps = max(1, round(hypot(to_x - x, to_y - y) / pixels))
+
+        def mouse(kind, share, **more):
             place = {"x": x + share * (to_x - x), "y": y + share * (to_y - y)}
-            self.call("Input.dispatchMouseEvent", type="mouseMoved", buttons=1, **place, **mouse)
-        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, **mouse)
+            self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **place, **more)
+            self.frames()  # what is below the mouse is found out when the scene is drawn
+
+        mouse("Moved", 0.0)
+        mouse("Pressed", 0.0, button="left", clickCount=1)
+        for step in range(1, steps + 1):
+            mouse("Moved", step / steps, button="left", buttons=1)
+        mouse("Released", 1.0, button="left", clickCount=1)
 
     def settle(self, patience=3.0):
         """Wait until two pictures, some seconds apart, are the same."""

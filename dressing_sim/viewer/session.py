@@ -100,10 +100,8 @@ class Session(Choosing):
 
     def _run(self, order: int) -> None:
         """Let time go on until it is over, or somebody wants something else."""
-        live = self.live
-        if live is None:
-            return
-        self.tell(running=True, at=None)
+        live = self._branch()
+        self.tell(running=True)
         try:
             due, waited = time.perf_counter(), False
             while order == self._order:
@@ -157,10 +155,8 @@ class Session(Choosing):
 
         def job(order: int) -> None:
             live = self._branch()
-            if isinstance(live.leader, ByHand):
-                self._run(order)
-                return
-            if live.leader is not None and choices.policy_name != self._made_with:
+            by_policy = live.leader is not None and not isinstance(live.leader, ByHand)
+            if by_policy and choices.policy_name != self._made_with:
                 policy = self.learned(choices).result()
                 asked = replace(choices, posture=live.dressing.posture)
                 path = preview(asked, policy).path
@@ -183,7 +179,11 @@ class Session(Choosing):
         return live
 
     def step_once(self) -> None:
-        """Go on by one control step."""
+        """Go on by one control step, or look at the moment after the one that is looked at."""
+        live, at = self.live, self.at
+        if live is not None and at is not None and at < live.n_steps:
+            self.look_at(at + 1)
+            return
 
         def job(order: int) -> None:
             self._branch().step()
@@ -217,8 +217,7 @@ class Session(Choosing):
         """Lead by hand from the moment that is looked at."""
 
         def job(order: int) -> None:
-            live = self._branch()
-            live.take_over()
+            self._branch().take_over()
             self._run(order)
 
         self._do(job)
@@ -293,9 +292,8 @@ class Session(Choosing):
                 while order == self._order and second.step():
                     pass
             self._told(f"{row} learns again")
-            live = past.live(index)
             self.guide = None
-            self._begin(live, second, index)
+            self._begin(past.live(index), second, index)
             self._run(order)
 
         self._do(job)

@@ -25,7 +25,7 @@ from dressing_sim.world.strain import StrainGauge
 _AROUND, _CAP = 20, 6
 
 #: Vertices of the robot's skin that are nearer than this become one [m]: a browser draws a tenth.
-_GRAIN = 0.004
+_GRAIN = 0.005
 
 #: Colours in which strain is drawn.
 N_COLOURS = 12
