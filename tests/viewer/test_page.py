@@ -1,7 +1,6 @@
 """The page in a headless browser."""
 
 import io
-import json
 
 import imageio.v3 as imageio
 import numpy as np
@@ -52,11 +51,17 @@ def pixel(tab, place):
     return left + width / 2.0 + scale * seen[0], top + height / 2.0 - scale * seen[1]
 
 
-def drag_handle(tab, place, axis, length, way):
-    """Drag a handle at a place by the arrow of an axis."""
+def drag_handle(tab, page, place, axis, length, way, moved):
+    """Drag a handle at a place by the arrow of an axis until something has moved."""
     direction = np.eye(3)[axis]
     grip = place + length * direction
-    tab.drag(pixel(tab, grip), pixel(tab, grip + way * direction))
+    page.wait_until_drawn(LONG)
+    for _ in range(4):  # a slow machine may have drawn the handle too late to be gripped
+        tab.frames(4)
+        tab.drag(pixel(tab, grip), pixel(tab, grip + way * direction))
+        if page.session.wait(moved, 10.0):
+            return
+    raise AssertionError(f"nothing moved; the page says: {tab.text()}")
 
 
 def colours(tab):
@@ -81,8 +86,11 @@ def test_a_slider_and_a_dragged_wrist_bend_the_arm_and_its_path_follows(tab, pag
         tab.key("ArrowRight", 39)
     assert session.wait(lambda: session.choices.posture.elbow_deg == before + 1.5, LONG)
     bent = session.choices.posture
-    drag_handle(tab, bent.wrist, 2, 0.11, 0.08)
-    assert session.wait(lambda: session.choices.posture.wrist[2] > bent.wrist[2] + 0.02, LONG)
+    higher = bent.wrist[2] + 0.02
+    assert page.wait_for_robot(LONG)
+    drag_handle(
+        tab, page, bent.wrist, 2, 0.11, 0.08, lambda: session.choices.posture.wrist[2] > higher
+    )
     assert session.wait(lambda: session.preview.choices is session.choices, LONG)
     assert session.preview.path is not None
     assert colours(tab) > 10
@@ -102,7 +110,6 @@ def test_it_dresses_as_the_command_line_and_survives_reload_and_a_second_tab(tab
     expected = record(Operator(), Choices().posture, 0).outcome
     assert session.live.outcome.to_dict() == expected.to_dict()
     tab.says("the sleeve's end at s", LONG)
-    assert json.loads(json.dumps(tab.run("document.querySelectorAll('canvas').length"))) >= 1
 
 
 def test_somebody_teaches_it_trains_and_it_dresses_another_arm(tab, page):
@@ -111,11 +118,8 @@ def test_somebody_teaches_it_trains_and_it_dresses_another_arm(tab, page):
     tab.press("Take the gripper", LONG)
     assert session.wait(lambda: session.by_hand, LONG)
     live = session.live
-    tab.wait("true")
     assert session.wait(lambda: session.running, LONG)
-    page.wait_until_drawn(LONG)
-    drag_handle(tab, live.dressing.start, 2, 0.18, 0.05)
-    assert session.wait(lambda: live.n_steps > 5, LONG)
+    drag_handle(tab, page, live.dressing.start, 2, 0.18, 0.05, lambda: live.n_steps > 5)
     rng = np.random.default_rng(0)
     path = Operator().path(live.dressing.posture, live.dressing.target, rng)
     for place in path[::12]:
