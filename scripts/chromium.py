@@ -40,6 +40,7 @@ class Tab:
         self.console = []
         self.call("Runtime.enable")
         self.call("Page.enable")
+        self.call("Page.bringToFront")
 
     def call(self, method, **parameters):
         self._number += 1
@@ -113,7 +114,10 @@ class Tab:
 
     def frames(self, number=2):
         """Wait until the page has been drawn so many times."""
-        script = "new Promise((done) => requestAnimationFrame(() => done(true)))"
+        script = (
+            "new Promise((done) => { requestAnimationFrame(() => done(true));"
+            " setTimeout(() => done(false), 2000); })"  # a hidden tab is not drawn
+        )
         for _ in range(number):
             self.call("Runtime.evaluate", expression=script, awaitPromise=True)
 
