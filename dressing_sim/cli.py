@@ -34,6 +34,7 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.tune import tune
     from dressing_sim.commands.validate import validate
+    from dressing_sim.commands.view import view
 
     return {
         "evaluate": evaluate,
@@ -49,6 +50,7 @@ def _commands() -> dict[str, Any]:
         "practise": practise,
         "confidence": confidence,
         "planar": planar,
+        "view": view,
         "doctor": doctor,
     }
 

@@ -11,7 +11,10 @@ import hashlib
 import json
 import logging
 import threading
+import xml.etree.ElementTree as ET
 from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,6 +23,7 @@ import platformdirs
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import write_file
+from dressing_sim.world.panda import mesh_path, urdf_path
 
 _LOG = logging.getLogger("dressing_sim")
 
@@ -51,6 +55,41 @@ def converted_meshes(collada: Path) -> dict[str, str]:
         except InvalidInputError as error:
             _warn(str(error))
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class SkinPart:
+    """What one link of the robot looks like in one colour.
+
+    Attributes:
+        link: Name of the link.
+        name: Of the mesh; two links may have the same.
+        rpy: Roll, pitch and yaw of the mesh in the link's frame [rad].
+        colour: Six hexadecimal digits of red, green and blue.
+        obj: The mesh.
+    """
+
+    link: str
+    name: str
+    rpy: tuple[float, ...]
+    colour: str
+    obj: str
+
+
+def robot_skin() -> Iterator[SkinPart]:
+    """The robot's visual meshes, link by link."""
+    for link in ET.parse(urdf_path()).getroot().findall("link"):
+        for visual in link.findall("visual"):
+            mesh = visual.find("geometry/mesh")
+            if mesh is None:
+                continue
+            origin = visual.find("origin")
+            turned = "0 0 0" if origin is None else origin.get("rpy", "0 0 0")
+            rpy = tuple(float(value) for value in turned.split())
+            collada = mesh_path(mesh.get("filename", ""))
+            for colour, obj in converted_meshes(collada).items():
+                name = f"{collada.stem}_{colour}"
+                yield SkinPart(link.get("name", ""), name, rpy, colour, obj)
 
 
 def _read(kept: Path) -> dict[str, str] | None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
-
 import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dressing_sim.pictures.meshes import converted_meshes
+from dressing_sim.pictures.meshes import robot_skin
 from dressing_sim.world.mannequin import ARM_LINKS
-from dressing_sim.world.panda import mesh_path, urdf_path
 
 #: Geom groups of pictures: visual meshes are shown, collision shapes of the robot are not.
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
@@ -33,35 +30,24 @@ def add_visuals(spec: mujoco.MjSpec) -> None:
 
 
 def _add_robot_skin(spec: mujoco.MjSpec) -> None:
-    for link in ET.parse(urdf_path()).getroot().findall("link"):
-        for visual in link.findall("visual"):
-            mesh = visual.find("geometry/mesh")
-            if mesh is None:
-                continue
-            origin = visual.find("origin")
-            rpy = [0.0] * 3 if origin is None else [float(v) for v in origin.get("rpy", "").split()]
-            quat = Rotation.from_euler("xyz", rpy).as_quat(scalar_first=True)
-            body = spec.body(link.get("name"))
-            collada = mesh_path(mesh.get("filename", ""))
-            for code, content in converted_meshes(collada).items():
-                name = f"{collada.stem}_{code}"
-                if spec.mesh(name) is None:
-                    spec.assets[f"{name}.obj"] = content.encode()
-                    spec.add_mesh(
-                        name=name,
-                        file=f"{name}.obj",
-                        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-                    )
-                body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_MESH,
-                    meshname=name,
-                    quat=quat,
-                    rgba=[*(byte / 255.0 for byte in bytes.fromhex(code)), 1.0],
-                    contype=0,
-                    conaffinity=0,
-                    mass=0.0,
-                    group=VISUAL_GROUP,
-                )
+    for part in robot_skin():
+        if spec.mesh(part.name) is None:
+            spec.assets[f"{part.name}.obj"] = part.obj.encode()
+            spec.add_mesh(
+                name=part.name,
+                file=f"{part.name}.obj",
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            )
+        spec.body(part.link).add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=part.name,
+            quat=Rotation.from_euler("xyz", part.rpy).as_quat(scalar_first=True),
+            rgba=[*(byte / 255.0 for byte in bytes.fromhex(part.colour)), 1.0],
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            group=VISUAL_GROUP,
+        )
 
 
 def _add_studio(spec: mujoco.MjSpec) -> None:

@@ -25,6 +25,7 @@ COMMANDS = (
     "learn",
     "dress",
     "planar",
+    "view",
     "doctor",
 )
 
