@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 from functools import cache
-from importlib import import_module
 from types import TracebackType
 from typing import Self
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.pictures import LARGEST_SIDE
+from dressing_sim.pictures.canvas import Canvas
 from dressing_sim.pictures.strain_colours import StrainColours
 from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled
@@ -129,10 +129,8 @@ class OffscreenRenderer:
         self._model = compiled(spec)
         self._data = mujoco.MjData(self._model)
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
-        self._gl = import_module(f"mujoco.{backend}").GLContext(width, height)
-        self._gl.make_current()
-        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._canvas = Canvas(backend, width, height)
+        self._context = self._canvas.run(self._upload)
         self._scene = mujoco.MjvScene(self._model, maxgeom=5000)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[VISUAL_GROUP] = 1
@@ -140,6 +138,13 @@ class OffscreenRenderer:
         self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXSKIN] = 1
         self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXEDGE] = 0
         self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXVERT] = 0
+
+    def _upload(self) -> mujoco.MjrContext:
+        """Hand meshes and textures to OpenGL."""
+        context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        self._canvas.keep(context)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+        return context
 
     def draw(self, qpos: NDArray[np.float64], camera: str = "front") -> NDArray[np.uint8]:
         """Draw the scene.
@@ -150,8 +155,14 @@ class OffscreenRenderer:
 
         Returns:
             Picture, shape (height, width, 3).
+
+        Raises:
+            InvalidInputError: The renderer is closed.
+            DressingSimError: This process was forked from one that had drawn.
         """
-        self._gl.make_current()  # another renderer may have drawn since
+        return self._canvas.run(self._draw, qpos, camera)
+
+    def _draw(self, qpos: NDArray[np.float64], camera: str) -> NDArray[np.uint8]:
         self._data.qpos[:] = qpos
         # Positions only: forces and contacts are the simulation's business.
         mujoco.mj_kinematics(self._model, self._data)
@@ -179,9 +190,7 @@ class OffscreenRenderer:
 
     def close(self) -> None:
         """Free the OpenGL context."""
-        self._gl.make_current()
-        self._context.free()
-        self._gl.free()
+        self._canvas.close()
 
     def __enter__(self) -> Self:
         return self
