@@ -21,9 +21,8 @@ from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.pictures import LARGEST_SIDE
 from dressing_sim.pictures.canvas import Canvas
-from dressing_sim.pictures.strain_colours import StrainColours
-from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
-from dressing_sim.world.scene import WorldConfig, build_spec, compiled
+from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, drawing_spec
+from dressing_sim.world.scene import WorldConfig, compiled, resting_sleeve
 
 #: Drawn with through PyOpenGL, without a window system; what there is on Linux.
 _THROUGH_PYOPENGL = ("egl", "osmesa")
@@ -119,12 +118,13 @@ class OffscreenRenderer:
         width: int = 640,
         height: int = 480,
         strain_top: float | None = None,
+        fine: bool = True,
     ) -> None:
         check_size(width, height)
         backend = gl_backend()
-        spec, mesh = build_spec(posture, config)
-        add_visuals(spec)
-        self._colours = None if strain_top is None else StrainColours(spec, mesh, strain_top)
+        spec, self._sleeve = drawing_spec(posture, config, strain_top)
+        self._resting = resting_sleeve(posture, config.sleeve).vertices
+        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = (4, 2048) if fine else (0, 1024)
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         self._model = compiled(spec)
         self._data = mujoco.MjData(self._model)
@@ -135,9 +135,6 @@ class OffscreenRenderer:
         self._option = mujoco.MjvOption()
         self._option.geomgroup[VISUAL_GROUP] = 1
         self._option.geomgroup[COLLISION_GROUP] = 0
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXSKIN] = 1
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXEDGE] = 0
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXVERT] = 0
 
     def _upload(self) -> mujoco.MjrContext:
         """Hand meshes and textures to OpenGL."""
@@ -163,14 +160,14 @@ class OffscreenRenderer:
         return self._canvas.run(self._draw, qpos, camera)
 
     def _draw(self, qpos: NDArray[np.float64], camera: str) -> NDArray[np.uint8]:
-        self._data.qpos[:] = qpos
-        # Positions only: forces and contacts are the simulation's business.
+        n_cloth = self._resting.size
+        self._data.qpos[:] = qpos[: len(qpos) - n_cloth]
         mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
-        mujoco.mj_flex(self._model, self._data)
-        if self._colours is not None:
-            self._colours.paint(self._model, self._data.flexvert_xpos)
+        # Each vertex slides from where it rests.
+        cloth = self._resting + qpos[len(qpos) - n_cloth :].reshape(-1, 3)
+        moved = self._sleeve.place(self._model, cloth)
+        mujoco.mjr_uploadMesh(self._model, self._context, moved)
         view = mujoco.MjvCamera()
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED
         view.fixedcamid = self._model.camera(camera).id
