@@ -84,9 +84,9 @@ class DrawnSleeve:
         self._texture = corners.reshape(-1, 2)
 
     def _add(self, spec: mujoco.MjSpec) -> None:
-        length = np.ptp([r.mean(axis=0) for r in self._mesh.rings(self._mesh.vertices)[[0, -1]]], axis=0)
+        ends = self._mesh.rings(self._mesh.vertices)[[0, -1]].mean(axis=1)
         picture = (
-            weave(_HEM / float(np.linalg.norm(length)))
+            weave(_HEM / float(np.linalg.norm(ends[1] - ends[0])))
             if self._strain is None
             else self._strain.picture()
         )

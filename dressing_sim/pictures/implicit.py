@@ -75,7 +75,9 @@ class Solid:
 def gradient(field: Field, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit vectors (n, 3) along which a field rises, by differences over a millimetre."""
     step = 1e-3
-    shifted = np.concatenate([points + sign * step * axis for axis in np.eye(3) for sign in (1, -1)])
+    shifted = np.concatenate(
+        [points + sign * step * axis for axis in np.eye(3) for sign in (1, -1)]
+    )
     values = field(shifted).reshape(3, 2, len(points))
     slope = (values[:, 0] - values[:, 1]).T
     lengths = np.linalg.norm(slope, axis=1, keepdims=True)

@@ -54,14 +54,14 @@ class Surface:
 
     name: str
     vertices: NDArray[np.float64]
-    faces: NDArray[np.int32]
+    faces: NDArray[np.signedinteger]
     normals: NDArray[np.float64]
     light: NDArray[np.float64]
     colour: tuple[float, float, float]
 
 
 class _Body:
-    """Where parts of the trunk are: left, forward and up of the midline at the shoulders' height."""
+    """Places of the trunk: left, forward and up of the midline at the shoulders' height."""
 
     def __init__(self, shoulder: NDArray[np.float64]) -> None:
         self._middle = shoulder - SHOULDER_TO_MIDLINE * LEFT
@@ -79,9 +79,7 @@ class _Body:
         flat: NDArray[np.float64] | None = FORWARD,
     ) -> Cone:
         """A part between two such points; `squash` says how deep it is, relative to its width."""
-        return Cone(
-            self.at(*start), self.at(*end), radii, None if squash == 1.0 else flat, squash
-        )
+        return Cone(self.at(*start), self.at(*end), radii, None if squash == 1.0 else flat, squash)
 
     def both(
         self,
@@ -176,7 +174,9 @@ def left_arm(posture: Posture) -> Solid:
     thumb = np.cross(left, along)
     thumb *= np.sign(thumb @ forward + thumb @ up) or 1.0
 
-    def joint(start: NDArray[np.float64], axis: NDArray[np.float64], at: float, off: float = 0.0):
+    def joint(
+        start: NDArray[np.float64], axis: NDArray[np.float64], at: float, off: float = 0.0
+    ) -> NDArray[np.float64]:
         return start + at * axis + off * forward
 
     long, short = size.upper_arm_length, size.forearm_length
@@ -281,7 +281,7 @@ def person(posture: Posture) -> tuple[Surface, ...]:
             faces = faces[~hidden[faces].all(axis=1)]
         used, kept = np.unique(faces, return_inverse=True)
         vertices, normals = vertices[used], normals[used]
-        light, kept = shade(everything, vertices, normals), kept.reshape(-1, 3).astype(np.int32)
+        light, kept = shade(everything, vertices, normals), kept.reshape(-1, 3)
         return Surface(name, vertices, kept, normals, light, _COLOURS[name])
 
     # Fingers are finer than the rest; both meshes are of one surface, so that no seam shows.
@@ -304,9 +304,7 @@ def _sorted(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
-def _blended(
-    a: NDArray[np.float64], b: NDArray[np.float64], blend: float
-) -> NDArray[np.float64]:
+def _blended(a: NDArray[np.float64], b: NDArray[np.float64], blend: float) -> NDArray[np.float64]:
     return np.minimum(a, b) - np.maximum(blend - np.abs(a - b), 0.0) ** 2 / (4.0 * blend)
 
 

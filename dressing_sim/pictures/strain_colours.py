@@ -31,7 +31,7 @@ class StrainScale:
 
     def __init__(self, mesh: SleeveMesh, top: float) -> None:
         self._gauge = StrainGauge(mesh)
-        self._mesh, self._top = mesh, top
+        self._mesh, self.top = mesh, top
 
     def picture(self) -> NDArray[np.uint8]:
         """All colours from left to right, shape (2, 256, 3)."""
@@ -53,4 +53,4 @@ class StrainScale:
     def column(self, strain: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where in `picture` the colours of strains are, from 0 to 1."""
         # Half a texel in from either end, where a texture would wrap round.
-        return (0.5 + np.clip(strain / self._top, 0.0, 1.0) * (_STEPS - 1)) / _STEPS
+        return (0.5 + np.clip(strain / self.top, 0.0, 1.0) * (_STEPS - 1)) / _STEPS

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from dressing_sim.arm import FORWARD, LEFT, UP, Posture
@@ -23,6 +24,12 @@ VIEWS = {
 
 #: Vertical opening of every camera [deg].
 FIELD_OF_VIEW_DEG = 42.0
+
+_FLOOR = (0.80, 0.79, 0.77, 1.0)
+
+#: How far the middle of a shadow is from what casts it, for each metre of height: the light comes
+#: from the person's front.
+_SLANT = np.array([0.12, -0.22])
 
 _WOOD, _CLOTH, _STEEL = (0.80, 0.68, 0.52, 1.0), (0.42, 0.50, 0.52, 1.0), (0.34, 0.35, 0.37, 1.0)
 
@@ -59,7 +66,43 @@ def _add_floor(spec: mujoco.MjSpec, floor: float) -> None:
         width=32,
         height=192,
     )
-    _solid(spec, "plane", (20.0, 20.0, 5.0), (0.3, 0.0, floor), (0.80, 0.79, 0.77, 1.0), name="floor")
+    _solid(spec, "plane", (20.0, 20.0, 5.0), (0.3, 0.0, floor), _FLOOR, name="floor")
+
+
+def add_soft_shadow(spec: mujoco.MjSpec, points: NDArray[np.float64], floor: float) -> None:
+    """A rug that is darker where the room's light is kept from the floor by what stands there.
+
+    Args:
+        spec: To which it is added.
+        points: Of what stands there, shape (n, 3) [m].
+        floor: Height of the floor [m].
+    """
+    half, pixels = 1.1, 128
+    middle = np.array([0.40, 0.05])
+    height = points[:, 2] - floor
+    places = points[:, :2] + height[:, None] * _SLANT - middle
+    # What is higher up has less to say.
+    grid, _, _ = np.histogram2d(
+        places[:, 1], places[:, 0], pixels, [[-half, half]] * 2, weights=1.0 / (0.3 + height)
+    )
+    edge = np.sin(np.pi * (np.arange(pixels) + 0.5) / pixels)
+    dark = 0.45 * (1.0 - np.exp(-0.35 * gaussian_filter(grid, 3.5)))
+    dark *= np.minimum(1.0, 8.0 * np.outer(edge, edge))
+    rgb = np.round(255.0 * (1.0 - dark))[..., None] * np.ones(3)
+    texture = spec.add_texture(
+        name="shadow",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        width=pixels,
+        height=pixels,
+        nchannel=3,
+    )
+    texture.data = rgb[::-1].astype(np.uint8).tobytes()
+    material = spec.add_material(name="shadow", rgba=_FLOOR, specular=0.5, shininess=0.5)
+    textures = material.textures
+    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "shadow"
+    material.textures = textures
+    place = (*middle, floor + 0.002)
+    _solid(spec, "plane", (half, half, 1.0), place, _FLOOR, name="shadow", material="shadow")
 
 
 def _add_chair(spec: mujoco.MjSpec, posture: Posture, floor: float) -> None:

@@ -62,7 +62,10 @@ def boundary(triangles: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 def _neighbours(triangles: NDArray[np.int32], n: int) -> sparse.csr_array:
-    rows, columns = triangles[:, [0, 1, 2, 1, 2, 0]].T.ravel(), triangles[:, [1, 2, 0, 0, 1, 2]].T.ravel()
+    rows, columns = (
+        triangles[:, [0, 1, 2, 1, 2, 0]].T.ravel(),
+        triangles[:, [1, 2, 0, 0, 1, 2]].T.ravel(),
+    )
     matrix = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(n, n))
     matrix.data[:] = 1.0
     return matrix
@@ -122,8 +125,10 @@ def _divided(triangles: NDArray[np.int32], n: int) -> tuple[sparse.csr_array, ND
     odd = odd + sparse.csr_array((across, (number.ravel(), opposite)), shape=(len(edges), n))
     a, b, c = triangles.T
     ea, eb, ec = (n + number).T  # the edges opposite a, b and c
-    faces = np.concatenate([
-        np.stack(corner, axis=1)
-        for corner in ((a, ec, eb), (b, ea, ec), (c, eb, ea), (ea, eb, ec))
-    ])
+    faces = np.concatenate(
+        [
+            np.stack(corner, axis=1)
+            for corner in ((a, ec, eb), (b, ea, ec), (c, eb, ea), (ea, eb, ec))
+        ]
+    )
     return sparse.vstack([even, odd]).tocsr(), faces.astype(np.int32)

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from dressing_sim.arm import Posture
 from dressing_sim.pictures.cloth import DrawnSleeve
 from dressing_sim.pictures.meshes import converted_meshes
-from dressing_sim.pictures.person import Surface, left_arm, person, trunk
+from dressing_sim.pictures.person import FLOOR, Surface, left_arm, person, trunk
 from dressing_sim.pictures.strain_colours import StrainScale
-from dressing_sim.pictures.studio import add_studio
+from dressing_sim.pictures.studio import add_soft_shadow, add_studio
 from dressing_sim.world.panda import ServoConfig, mesh_path, panda_spec, urdf_path
 from dressing_sim.world.scene import WorldConfig, resting_sleeve
 
@@ -42,6 +42,8 @@ def drawing_spec(
     for part in person(posture):
         _add_surface(spec, part)
     add_studio(spec, posture)
+    standing = np.concatenate([part.vertices for part in person(posture)])
+    add_soft_shadow(spec, standing, posture.shoulder_position[2] - FLOOR)
     arm, chest = left_arm(posture), trunk(posture)
     mesh = resting_sleeve(posture, config.sleeve)
     scale = None if strain_top is None else StrainScale(mesh, strain_top)
