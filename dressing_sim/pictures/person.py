@@ -290,9 +290,9 @@ def person(posture: Posture) -> tuple[Surface, ...]:
     at_palm = np.array([palm - reach - 0.02, palm + reach + 0.02])
     upper = np.array([body.at(-0.33, -0.2, -0.5), body.at(0.16, 0.35, 0.4)])
     return (
-        part("skin", skin, _sorted(upper, arm.box()), 0.011),
+        part("skin", skin, _sorted(upper, arm.box()), 0.012),
         part("skin_hand", skin, at_palm, 0.0055),
-        part("shirt", shirt, chest.box(), 0.014),
+        part("shirt", shirt, chest.box(), 0.015),
         part("trousers", trousers, legs.box(), 0.020),
         part("shoes", shoes, shoes.box(), 0.014),
     )
