@@ -138,9 +138,11 @@ class DrawnSleeve:
         """
         fine = self._fine
         middle = fine.through @ positions
-        depth = _GAP + self._half - self._skin(middle)
-        under = depth > 0.0
-        if under.any():
+        for _ in range(2):  # where fingers meet, the nearest way out is not yet out
+            depth = _GAP + self._half - self._skin(middle)
+            under = depth > 0.0
+            if not under.any():
+                break
             middle[under] += depth[under, None] * gradient(self._skin, middle[under])
         corners = middle[fine.triangles]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -72,7 +72,8 @@ def gif_delays(n_pictures: int, fps: int) -> list[int]:
     last = 0
     for number, end in enumerate(ends):
         if end - shown_until >= _SHORTEST or number == 0:
-            delays[number], shown_until, last = max(end - shown_until, _SHORTEST), end, number
+            delays[number], last = max(end - shown_until, _SHORTEST), number
+            shown_until += delays[number]
     delays[last] += ends[-1] - shown_until if ends else 0
     return delays
 
