@@ -25,7 +25,7 @@ _THICK, _HEM_THICK = 0.0020, 0.0036
 _HEM = 0.018
 
 #: From the skin to the inner side of the cloth, at least [m].
-_GAP = 0.0012
+_GAP, _LEAST_GAP = 0.0012, 0.0004
 
 #: The sleeve is divided until it has so many triangles a side.
 _ENOUGH = 2000
@@ -159,10 +159,12 @@ class DrawnSleeve:
         np.add.at(outwards, b, beside)
         outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
         points = [middle + offset, middle - offset, middle + 0.8 * self._half[:, None] * outwards]
-        return (
-            np.concatenate(points)[self._used],
-            np.concatenate([normals, -normals, outwards])[self._used],
-        )
+        surface = np.concatenate(points)[self._used]
+        depth = _LEAST_GAP - self._skin(surface)  # in sharp folds a side is not where it was sent
+        under = depth > 0.0
+        if under.any():
+            surface[under] += depth[under, None] * gradient(self._skin, surface[under])
+        return surface, np.concatenate([normals, -normals, outwards])[self._used]
 
     def place(self, model: mujoco.MjModel, positions: NDArray[np.float64]) -> int:
         """Move the model's mesh to where the cloth is.
