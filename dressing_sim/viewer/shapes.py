@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from dressing_sim.arm import Posture
 from dressing_sim.pictures.meshes import robot_skin
+from dressing_sim.pictures.person import SKIN_INSET
 from dressing_sim.pictures.strain_colours import COLOURS
-from dressing_sim.pictures.visuals import SKIN_INSET
-from dressing_sim.viewer.finer import finer
+from dressing_sim.pictures.subdivision import subdivided
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS, SHIRT, SKIN, add_mannequin
 from dressing_sim.world.panda import ARM_JOINTS, ServoConfig, panda_spec
 from dressing_sim.world.scene import compiled
@@ -191,8 +192,10 @@ class Cloth:
         self._corners = mesh.triangles.ravel()
         self._areas = np.repeat(self._gauge.areas, 3)
         self._total = np.bincount(self._corners, self._areas)
-        self._fine = finer(mesh.triangles, len(mesh.vertices))
-        self._faces = self._fine.faces.astype(np.uint32)
+        fine = subdivided(mesh.triangles, len(mesh.vertices), 1)
+        self._smooth = csr_array(fine.smooth.astype(np.float32))
+        self._through = fine.through.astype(np.float32)
+        self._faces = fine.triangles.astype(np.uint32)
 
     def drawn(
         self, cloth: NDArray[np.float32]
@@ -204,14 +207,14 @@ class Cloth:
         """
         strain = np.repeat(self._gauge.principal(cloth.astype(float)), 3)
         mean = np.bincount(self._corners, self._areas * strain) / self._total
-        share = self._fine.vertices(mean.astype(np.float32))[self._faces].mean(axis=1) / self._top
+        share = (self._smooth @ mean.astype(np.float32))[self._faces].mean(axis=1) / self._top
         step = np.clip((share * N_COLOURS).astype(int), 0, N_COLOURS - 1)
         parts = [self._faces[step == colour] for colour in range(N_COLOURS)]
-        return self._fine.vertices(cloth), parts
+        return self._through @ cloth, parts
 
     def plain(self, cloth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """Vertices (n, 3) [m] and all triangles (m, 3)."""
-        return self._fine.vertices(cloth), self._faces
+        return self._through @ cloth, self._faces
 
 
 def strain_colours() -> list[Colour]:

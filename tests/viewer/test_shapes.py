@@ -3,16 +3,8 @@ import pytest
 
 from dressing_sim.arm import Posture
 from dressing_sim.suites.suites import load_suite
-from dressing_sim.viewer.finer import finer
 from dressing_sim.viewer.shapes import N_COLOURS, Cloth, capsule, coarser, person, read_obj
 from dressing_sim.world.scene import WorldConfig, resting_sleeve
-
-
-def closed(faces):
-    """Whether every edge belongs to two triangles, once each way."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there = {tuple(edge) for edge in edges.tolist()}
-    return len(there) == len(edges) and all((b, a) in there for a, b in there)
 
 
 @pytest.mark.parametrize("length", [0.0, 0.3])
@@ -31,22 +23,6 @@ def test_all_postures_have_as_many_vertices_and_faces():
         for posture in load_suite("paper5")
     }
     assert len(shapes) == 1
-
-
-def test_a_finer_mesh_keeps_an_even_plane_and_the_sum_of_weights(rng):
-    sleeve = resting_sleeve(Posture("one", 80.0, 40.0, 50.0, 40.0), WorldConfig().sleeve)
-    fine = finer(sleeve.triangles, len(sleeve.vertices))
-    assert len(fine.faces) == 4 * len(sleeve.triangles)
-    assert np.allclose(fine.weights.sum(axis=1), 1.0)
-    flat = np.column_stack(
-        [rng.normal(size=(len(sleeve.vertices), 2)), np.zeros(len(sleeve.vertices))]
-    )
-    assert np.allclose(fine.vertices(flat)[:, 2], 0.0)
-
-
-def test_a_closed_mesh_stays_closed_when_it_gets_finer():
-    tetrahedron = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.int32)
-    assert closed(finer(tetrahedron, 4).faces)
 
 
 def test_every_triangle_of_the_cloth_is_drawn_in_one_colour_that_rises_with_strain():
