@@ -56,6 +56,7 @@ def drag_handle(tab, page, place, axis, length, way, moved):
     direction = np.eye(3)[axis]
     grip = place + length * direction
     page.wait_until_drawn(LONG)
+    tab.settle()
     for _ in range(4):  # a slow machine may have drawn the handle too late to be gripped
         tab.frames(4)
         tab.drag(pixel(tab, grip), pixel(tab, grip + way * direction))
