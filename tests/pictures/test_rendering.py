@@ -38,7 +38,8 @@ def test_a_picture_shows_sleeve_skin_and_robot(renderer, world, camera):
     elsewhere = world.data.qpos.copy()
     elsewhere[[world.model.joint(name).qposadr[0] for name in ARM_JOINTS]] = 0.3
     robot = np.abs(renderer.draw(elsewhere, camera).astype(int) - picture).max(axis=2) > 30
-    assert robot.mean() > 0.05
+    # Over the person's shoulder, and of the whole room, it is farther away.
+    assert robot.mean() > (0.04 if camera in ("person", "room") else 0.05)
     grey = np.ptp(picture[robot].astype(int), axis=1) < 15
     assert (grey & (picture[robot].max(axis=1) > 150)).sum() > 200
     assert (grey & (picture[robot].max(axis=1) < 60)).sum() > 200
