@@ -20,6 +20,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def _commands() -> dict[str, Any]:
+    from dressing_sim.commands.confidence import confidence
     from dressing_sim.commands.demonstrate import demonstrate
     from dressing_sim.commands.doctor import doctor
     from dressing_sim.commands.dress import dress
@@ -28,10 +29,12 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.import_ import import_
     from dressing_sim.commands.learn import learn
     from dressing_sim.commands.planar import planar
+    from dressing_sim.commands.practise import practise
     from dressing_sim.commands.replay import replay
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.tune import tune
     from dressing_sim.commands.validate import validate
+    from dressing_sim.commands.view import view
 
     return {
         "evaluate": evaluate,
@@ -44,7 +47,10 @@ def _commands() -> dict[str, Any]:
         "validate": validate,
         "thresholds": thresholds,
         "tune": tune,
+        "practise": practise,
+        "confidence": confidence,
         "planar": planar,
+        "view": view,
         "doctor": doctor,
     }
 

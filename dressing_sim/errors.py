@@ -13,6 +13,10 @@ class PolicyError(InvalidInputError):
     """A policy gave no answer, or none that can be used; the message says which and why."""
 
 
+class Abstained(PolicyError):
+    """A policy chose to make no path, as it would probably fail; the message says why."""
+
+
 def one_line(text: str, most: int = 300) -> str:
     """A text without line ends and control characters, cut where it is too long."""
     plain = "".join(c if c.isprintable() else " " for c in text)

@@ -28,6 +28,7 @@ class Path:
     Attributes:
         positions: Positions (T, 3), T of 2 or more, in the robot's base frame [m].
         dt: Time between two of them [s]; None leaves the speed to whoever plays the path.
+        probability: Of success, as its maker estimates it; None if it does not say.
 
     Raises:
         InvalidInputError: Another shape, values that are no finite real numbers or no metres, or a
@@ -36,8 +37,11 @@ class Path:
 
     positions: NDArray[np.float64]
     dt: float | None = None
+    probability: float | None = None
 
     def __post_init__(self) -> None:
+        if self.probability is not None:
+            real_number(self.probability, "a path's probability", 0.0, 1.0)
         positions = np.array(_checked_positions(self.positions, "a path: got"))
         positions.flags.writeable = False
         object.__setattr__(self, "positions", positions)
@@ -124,7 +128,7 @@ def policy_path(
     if isinstance(source, np.ndarray | Path):
         path = checked_path(source, "the path")
         own = default_dt if path.dt is None else _checked_dt(path.dt, longest_dt, "the path: its")
-        return Path(path.positions, own)
+        return Path(path.positions, own, path.probability)
     policy: Any = source
     with policy_at_fault():
         name, dt = policy_name(policy), getattr(policy, "dt", None)
@@ -134,7 +138,7 @@ def policy_path(
         path = checked_path(policy.generate(asked_with(policy, posture), start, **drawn), name)
         if path.dt is not None:
             dt = _checked_dt(path.dt, longest_dt, f"{name}: its path's")
-        return Path(path.positions, default_dt if dt is None else dt)
+        return Path(path.positions, default_dt if dt is None else dt, path.probability)
 
 
 @contextmanager

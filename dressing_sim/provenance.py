@@ -33,6 +33,11 @@ _COMPILER = ("numba",)
 
 def versions() -> dict[str, str]:
     """Installed versions of everything that a result depends on."""
+    return dict(_versions())
+
+
+@cache  # every episode's line holds them, and reading them takes a hundredth of one
+def _versions() -> Mapping[str, str]:
     return {package: version(package) for package in VERSIONED}
 
 

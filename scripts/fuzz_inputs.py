@@ -34,6 +34,8 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "validate": ("--suite", "--postures", "--settings", "--seed", "--out"),
     "thresholds": ("--suite", "--policies", "--seed", "--out"),
     "tune": ("--seed", "--workers"),
+    "practise": ("--demonstrations", "--postures", "--population", "--seed", "--workers"),
+    "confidence": ("--out", "--workers"),
     "dress": (
         *("--posture", "--policy", "--demonstrations", "--seed", "--video", "--fps"),
         *("--garment", "--person"),
@@ -146,7 +148,7 @@ def _random_line(rng: Rng) -> list[str]:
         line += [str(rng.choice(TEXTS))] * bool(rng.uniform() < 0.9)
     # What would be sound must not run for long.
     last = {"dress": "--posture", "demonstrate": "--nothing", "replay": "--nothing"}
-    if command in ("evaluate", "validate", "thresholds", "tune"):
+    if command in ("evaluate", "validate", "thresholds", "tune", "practise", "confidence"):
         return [*line, "--workers", "0"]
     if command == "planar":
         return [*line, *_SHORT]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from chromium import NAMES, Chromium, find_chromium
 from hypothesis import settings
 
 from dressing_sim.benchmark.run.cache import VARIABLE
@@ -98,6 +99,19 @@ def opengl():
         if os.environ.get("DRESSING_SIM_REQUIRE_GL") == "1":
             pytest.fail(f"DRESSING_SIM_REQUIRE_GL=1, but {error}")
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory):
+    """A headless browser: a test that asks for it is skipped without, or fails if it must."""
+    if find_chromium() is None:
+        told = f"no browser here: none of {', '.join(NAMES)}; apt install chromium"
+        if os.environ.get("DRESSING_SIM_REQUIRE_BROWSER") == "1":
+            pytest.fail(f"DRESSING_SIM_REQUIRE_BROWSER=1, but {told}")
+        pytest.skip(told)
+    browser = Chromium(tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()
 
 
 @pytest.fixture

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import json as json_format
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+import tyro
+
 from dressing_sim.checks import shown
-from dressing_sim.commands.options import check_seed, new_film, print_outcome
+from dressing_sim.commands.filming import Filming
+from dressing_sim.commands.options import check_seed, names, print_outcome
 from dressing_sim.errors import InvalidInputError, PolicyError
-from dressing_sim.files import check_output, is_file
+from dressing_sim.files import is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from dressing_sim.arm import Posture
     from dressing_sim.episode.config import EpisodeConfig
     from dressing_sim.episode.demonstration import Demonstration
+    from dressing_sim.episode.recording import Recording
     from dressing_sim.learning import Policy
+    from dressing_sim.pictures.video import Film, Shot
+
+_NO_FILM = Filming()
 
 
 def dress(
@@ -27,12 +34,8 @@ def dress(
     seed: int = 0,
     garment: str | None = None,
     person: str | None = None,
-    video: Path | None = None,
-    camera: str = "front",
-    fps: int = 25,
-    width: int = 640,
-    height: int = 480,
-    force: bool = False,
+    compare: str | None = None,
+    filming: tyro.conf.OmitArgPrefixes[Filming] = _NO_FILM,
     json: bool = False,
 ) -> None:
     """Dress one arm, and film it if wanted.
@@ -44,6 +47,8 @@ def dress(
     Or: dressing-sim dress --posture bent40 --garment hospital-gown --person ada.toml
 
     Or: dressing-sim dress --posture bent40 --policy tp-gmm-rf --demonstrations case_b
+
+    Or: dressing-sim dress --posture bent65 --compare expert,tp-gmm --video both.mp4 --camera auto
 
     Args:
         posture: name of a posture in a suite, or FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in
@@ -57,12 +62,8 @@ def dress(
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
             with a height or a tape measure's sizes.
-        video: film to write: .mp4 or .gif.
-        camera: front, close or above.
-        fps: pictures a second.
-        width: of a picture, in pixels; even for .mp4.
-        height: of a picture, in pixels; even for .mp4.
-        force: replace a film that is there already.
+        compare: two policies A,B instead, filmed side by side.
+        filming: what is filmed, and how.
         json: print the outcome as JSON.
     """
     from dressing_sim.episode.record import record
@@ -75,29 +76,60 @@ def dress(
     if person is not None:
         (arm,) = as_person([arm], load_person(person))
     config = world_with(garment)
-    inputs = [name for name in (posture, policy, demonstrations, garment, person) if name]
-    film = new_film(video, camera, fps, width, height, force, inputs)
-    try:
-        source = _source(policy, demonstrations, seed, config)
-        outcome = record(source, arm, seed, config, None if film is None else film.expose).outcome
-    except PolicyError as error:
-        raise PolicyError(f"policy {policy!r} gave no answer: {error}") from error
+    policies = [policy] if compare is None else names(compare)
+    if compare is not None and len(policies) != 2:
+        raise InvalidInputError(f"compare is {compare!r:.80}, valid is two policies, A,B")
+    inputs = [name for name in (posture, *policies, demonstrations, garment, person) if name]
+    films = filming.films(inputs, len(policies))
+    shots, printed = [], []
+    for number, one in enumerate(policies):
+        film = films[number] if films else None
+        try:
+            source, learned = _source(one, demonstrations, seed, config)
+            recording = record(source, arm, seed, config, None if film is None else film.expose)
+        except PolicyError as error:
+            raise PolicyError(f"policy {one!r} gave no answer: {error}") from error
+        outcome = recording.outcome
+        printed.append({"posture": arm.to_dict(), "policy": one, **outcome.to_dict()})
+        if not json:
+            print_outcome(arm.name if compare is None else f"{one}, {arm.name}", outcome)
+        if film is not None:
+            shots.append(_shot(film, recording, f"{one} on {arm.name}", arm, config, learned))
     if json:
-        print(
-            json_format.dumps(
-                {"posture": arm.to_dict(), "policy": policy, **outcome.to_dict()}, indent=2
-            )
-        )
-    else:
-        print_outcome(arm.name, outcome)
-    if film is not None and video is not None:
-        check_output(video, force, inputs)  # it took long
-        film.write(video, arm, config.world, camera, width, height)
-        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
+        print(json_format.dumps(printed[0] if compare is None else printed, indent=2))
+    if shots:
+        filming.write(shots, inputs, json)
 
 
-def _source(policy: str, demonstrations: str, seed: int, config: EpisodeConfig) -> Policy:
-    """A fitted policy: from a file, or by its name, as row of a table learns in its first set."""
+def _shot(
+    film: Film,
+    recording: Recording,
+    title: str,
+    posture: Posture,
+    config: EpisodeConfig,
+    learned: Sequence[Demonstration],
+) -> Shot:
+    """An episode that was filmed, with what there is to tell of it."""
+    from dressing_sim.pictures.story import Story
+    from dressing_sim.pictures.video import Shot
+
+    story = Story(
+        title,
+        recording.outcome,
+        None if recording.trajectory is None else recording.trajectory.targets,
+        tuple(demonstration.positions for demonstration in learned),
+        config.thresholds,
+    )
+    return Shot(film, posture, config.world, story)
+
+
+def _source(
+    policy: str, demonstrations: str, seed: int, config: EpisodeConfig
+) -> tuple[Policy, Sequence[Demonstration]]:
+    """A fitted policy, and what it has learned from, if that is known.
+
+    It is from a file, or by its name, as a row of a table learns in its first set.
+    """
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
     from dressing_sim.policies.files import load_policy
@@ -105,7 +137,7 @@ def _source(policy: str, demonstrations: str, seed: int, config: EpisodeConfig) 
     from dressing_sim.policies.registry import known_name, learns
 
     if is_file(policy):
-        return load_policy(policy)
+        return load_policy(policy), ()
     name = known_name(policy)
     try:
         fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
@@ -116,7 +148,10 @@ def _source(policy: str, demonstrations: str, seed: int, config: EpisodeConfig) 
             f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
             "'dressing-sim learn'"
         ) from error
-    return fresh.fit(_recorded(demonstrations, seed, config)) if learns(name) else fresh
+    if not learns(name):
+        return fresh, ()
+    recorded = _recorded(demonstrations, seed, config)
+    return fresh.fit(recorded), recorded
 
 
 def _recorded(demonstrations: str, seed: int, config: EpisodeConfig) -> Sequence[Demonstration]:

@@ -52,7 +52,7 @@ def evaluate(
 
     Args:
         protocol: which policies learn from which demonstrations: paper, full, budget, robust,
-            settings; or paper-cost, what the learning costs without dressing anybody.
+            settings, rivals; or paper-cost, what the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...

@@ -1,22 +1,18 @@
-"""What several commands share: their options, films, and how results are printed."""
+"""What several commands share: their options, and how results are printed."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import check_output
-from dressing_sim.pictures import CAMERAS, LARGEST_FPS, LARGEST_SIDE
 
 if TYPE_CHECKING:
     from dressing_sim.episode.outcome import Outcome
-    from dressing_sim.pictures.video import Film
 
 
 #: Of whatever is counted on the command line; more is a slip of the finger.
@@ -41,41 +37,6 @@ def check_seed(value: int) -> None:
 def names(text: str) -> list[str]:
     """The names in a list with commas."""
     return [name.strip() for name in text.split(",")]
-
-
-def new_film(
-    video: Path | None,
-    camera: str,
-    fps: int,
-    width: int,
-    height: int,
-    force: bool = False,
-    inputs: Iterable[str | Path] = (),
-) -> Film | None:
-    """A film to expose, or None if none is wanted, once it is known that it can be written.
-
-    Raises:
-        InvalidInputError: An option is not valid, or the file cannot be written, or is one of the
-            inputs, or is there already and not to be replaced by force.
-        DressingSimError: No OpenGL works here.
-    """
-    for option, number, most in (
-        ("fps", fps, LARGEST_FPS),
-        ("width", width, LARGEST_SIDE),
-        ("height", height, LARGEST_SIDE),
-    ):
-        check_positive(option, number, most)
-    if camera not in CAMERAS:
-        raise InvalidInputError(f"unknown camera {camera!r:.60}; valid is {', '.join(CAMERAS)}")
-    if video is None:
-        return None
-    from dressing_sim.pictures.rendering import gl_backend
-    from dressing_sim.pictures.video import Film, check_format
-
-    check_format(video, width, height)
-    check_output(video, force, inputs)
-    gl_backend()  # without OpenGL, say so before simulating
-    return Film(fps)
 
 
 def print_table(cells: Sequence[Sequence[str]]) -> None:

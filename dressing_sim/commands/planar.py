@@ -1,7 +1,7 @@
 """``dressing-sim planar``: the paper's planar study in one command."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,12 +11,15 @@ from dressing_sim.archives import to_json
 from dressing_sim.benchmark.run.progress import show_progress
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_output, is_leftover, unwritable, write_files
-from dressing_sim.learning.augment import METHODS, AugmentOptions, Retraining
+from dressing_sim.learning.augment import METHODS, AugmentOptions, Method, Retraining
 from dressing_sim.learning.gmr import FusionOrder
 from dressing_sim.learning.noise import NoiseReference
 from dressing_sim.planar.files import load
-from dressing_sim.planar.generator import generate
+from dressing_sim.planar.generator import PlanarData, generate
 from dressing_sim.planar.report import markdown, summary
+from dressing_sim.planar.sets import generated, run_sets
+from dressing_sim.planar.sets import leave_one_out as leave_out_each
+from dressing_sim.planar.sets_report import sets_markdown, sets_summary
 from dressing_sim.planar.study import (
     OPTIONS,
     Run,
@@ -34,7 +37,7 @@ def planar(
     validation: Path | None = None,
     components: int = 8,
     fusion: FusionOrder = "regression-then-product",
-    method: Literal["all", "noise", "rf", "rf+noise"] = "all",
+    method: Literal["all"] | Method = "all",
     runs: int = 20,
     seed: int = 1,
     workers: int = 1,
@@ -44,6 +47,9 @@ def planar(
     noise_reference: NoiseReference = OPTIONS.noise_reference,
     retrain: Retraining = OPTIONS.retrain,
     situations: Situations = "paper",
+    sets: int = 1,
+    leave_one_out: bool = False,
+    rivals: bool = False,
     out: Path | None = None,
     force: bool = False,
     json: bool = False,
@@ -58,6 +64,13 @@ def planar(
     dressing-sim planar --out results/planar
 
     dressing-sim planar --demos Demos.mat --validation others.npz --json
+
+    With several training sets it prints paired ratios with their intervals, and judges what the
+    paper says of the study:
+
+    dressing-sim planar --sets 20 --runs 3
+
+    dressing-sim planar --demos Demos.mat --validation fourth.npz --leave-one-out
 
     Args:
         demos: demonstrations, .npz (t, xy, A, b) or the paper's authors' .mat; without it they are
@@ -77,7 +90,11 @@ def planar(
             in the authors' code) or not (centred).
         retrain: start from the current model (warm) or afresh (cold).
         situations: random frames as in the paper, or around the demonstrated ones.
-        out: folder for summary.json, table.md and the figures.
+        sets: how many sets of demonstrations are generated, of this seed and the following ones.
+        leave_one_out: train on all demonstrations of the files but one, validate on that one, each
+            in turn.
+        rivals: compare other methods of learning instead, in situations that they have not seen.
+        out: folder for summary.json, table.md and the figures (of one set).
         force: replace these files in a folder that is not empty.
         json: print the numbers as JSON, and nothing else, to standard output.
     """
@@ -101,9 +118,43 @@ def planar(
     inputs = [demos, validation]
     if out is not None:
         _check_out(out, force, inputs)
-    data = generate(seed) if demos is None else load(demos, validation)
-    check_study(data, config, workers)
-    total = runs * len(config.methods) * (2 if data.validation else 1)
+    data = _data(demos, validation, seed, sets, leave_one_out)
+    source = "leave-one-out" if leave_one_out else "generated demonstrations"
+    result, table, study = (
+        _compared(data, config) if rivals else _studied(data, config, workers, source)
+    )
+    result["provenance"] = provenance()
+    text = to_json(result, "the study's result", indent=2) + "\n"
+    if out is not None:
+        _write(out, {_SUMMARY: text, _TABLE: table}, study, force, inputs)
+    sys.stdout.write(text if json else table)
+
+
+def _data(
+    demos: Path | None, validation: Path | None, seed: int, sets: int, leave_one_out: bool
+) -> tuple[PlanarData, ...]:
+    """The sets of demonstrations to learn from.
+
+    Raises:
+        InvalidInputError: a file that cannot be used, or options that do not go together.
+    """
+    if demos is None:
+        if leave_one_out:
+            raise InvalidInputError("--leave-one-out needs --demos, the demonstrations")
+        return (generate(seed),) if sets == 1 else generated(seed, sets)
+    if sets != 1:
+        raise InvalidInputError("--sets counts generated sets, it does not go with --demos")
+    data = load(demos, validation)
+    return leave_out_each(data) if leave_one_out else (data,)
+
+
+def _studied(
+    data: tuple[PlanarData, ...], config: StudyConfig, workers: int, source: str
+) -> tuple[dict[str, Any], str, Study | None]:
+    """Numbers, their table, and of a single set its study."""
+    total = sum(config.runs * len(config.methods) * (2 if one.validation else 1) for one in data)
+    for one in data:
+        check_study(one, config, workers)
     done = 0
     with show_progress(Console(stderr=True)) as tell:
 
@@ -112,12 +163,33 @@ def planar(
             done += 1
             tell("Algorithm 1", done, total, f"{run.selection}, {run.method}")
 
-        study = run_study(data, config, workers, advance)
-    result = {**summary(study), "provenance": provenance()}
-    text = to_json(result, "the study's result", indent=2) + "\n"
-    if out is not None:
-        _write(out, study, text, result, force, inputs)
-    sys.stdout.write(text if json else markdown(result))
+        if len(data) == 1:
+            study = run_study(data[0], config, workers, advance)
+        else:
+            studies = run_sets(data, config, workers, advance)
+    if len(data) == 1:
+        result = summary(study)
+        return result, markdown(result), study
+    result = sets_summary(studies, source)
+    return result, sets_markdown(result), None
+
+
+def _compared(
+    data: tuple[PlanarData, ...], config: StudyConfig
+) -> tuple[dict[str, Any], str, Study | None]:
+    """Other methods of learning: numbers and their table."""
+    from dressing_sim.planar.rivals import compare, comparison, comparison_markdown
+
+    with show_progress(Console(stderr=True)) as tell:
+        names: list[str] = []
+
+        def advance(name: str) -> None:
+            names.append(name)
+            tell("methods", len(names), 0, name)
+
+        compared, refused = compare(data, config, advance)
+    result = comparison(compared, refused, config, len(data))
+    return result, comparison_markdown(result), None
 
 
 #: The files of a study, besides its figures.
@@ -149,15 +221,14 @@ def _check_out(out: Path, force: bool, inputs: Sequence[Path | None]) -> None:
 
 def _write(
     out: Path,
-    study: Study,
-    text: str,
-    result: dict[str, Any],
+    files: Mapping[str, str],
+    study: Study | None,
     force: bool,
     inputs: Sequence[Path | None],
 ) -> None:
-    """Write summary, table and figures: all, or none."""
+    """Write numbers, table and, of a single set, figures: all, or none."""
     from dressing_sim.planar.figures import drawn
 
-    files: dict[str, str | bytes] = {_SUMMARY: text, _TABLE: markdown(result), **drawn(study)}
+    contents: dict[str, str | bytes] = {**files, **({} if study is None else drawn(study))}
     _check_out(out, force, inputs)  # it took long
-    write_files({out / name: content for name, content in files.items()})
+    write_files({out / name: content for name, content in contents.items()})

@@ -8,19 +8,16 @@ from pathlib import Path
 
 import tyro
 
-from dressing_sim.commands.options import new_film, print_outcome
-from dressing_sim.files import check_output
+from dressing_sim.commands.filming import Filming
+from dressing_sim.commands.options import print_outcome
+
+_NO_FILM = Filming()
 
 
 def replay(
     folder: tyro.conf.Positional[Path],
     episode: tyro.conf.Positional[int],
-    video: Path | None = None,
-    camera: str = "front",
-    fps: int = 25,
-    width: int = 640,
-    height: int = 480,
-    force: bool = False,
+    filming: tyro.conf.OmitArgPrefixes[Filming] = _NO_FILM,
     json: bool = False,
 ) -> None:
     """Run an episode of a run again, and check that every bit is the same.
@@ -34,12 +31,7 @@ def replay(
     Args:
         folder: what ``dressing-sim evaluate`` or ``dressing-sim thresholds`` left.
         episode: its index in episodes.jsonl.
-        video: film to write: .mp4 or .gif.
-        camera: front, close or above.
-        fps: pictures a second.
-        width: of a picture, in pixels; even for .mp4.
-        height: of a picture, in pixels; even for .mp4.
-        force: replace a film that is there already.
+        filming: what is filmed, and how.
         json: print the outcome as JSON.
     """
     from dressing_sim.benchmark.run.folder import CONFIG, DEMONSTRATIONS, EPISODES
@@ -52,7 +44,8 @@ def replay(
     run = load_run(folder)
     run.line(episode)  # an episode that is not there is reported before a film is prepared
     inputs = [folder / CONFIG, folder / EPISODES, *(folder / DEMONSTRATIONS).glob("*")]
-    film = new_film(video, camera, fps, width, height, force, inputs)
+    films = filming.films(inputs)
+    film = films[0] if films else None
     study = find_study(run.plan.protocol.study)
     again = replay_episode(study, run, episode, None if film is None else film.expose)
     result, agreement = again.result, again.agreement
@@ -77,9 +70,12 @@ def replay(
         reasons = [*run.origin.changed(Origin.here(run.plan, numerics())), *agreement.beyond]
         told = "\n  ".join(reasons)
         print(f"dressing-sim: not the recorded outcome:\n  {told}", file=sys.stderr)
-    if film is not None and video is not None:
-        check_output(video, force, inputs)  # it took long
-        film.write(video, again.posture, again.config.world, camera, width, height)
-        print(f"film written to {video}", file=sys.stderr if json else sys.stdout)
+    if film is not None:
+        from dressing_sim.pictures.story import Story
+        from dressing_sim.pictures.video import Shot
+
+        title = f"{result.entry.policy} on {result.posture.name}"
+        story = Story(title, result.outcome, thresholds=again.config.thresholds)
+        filming.write([Shot(film, again.posture, again.config.world, story)], inputs, json)
     if not agreement.holds:
         raise SystemExit(1)

@@ -36,12 +36,15 @@ class Outcome:
         metrics: The measurements behind the verdict, SI units; files call them ``figures``.
         invalid: Why the simulation cannot be trusted, or None; an invalid episode is neither a
             success nor a failure of the policy. Files call it ``void``.
+        abstained: Why the policy chose not to try, or None; it is no success then, and nothing went
+            wrong.
     """
 
     success: bool
     failures: tuple[Failure, ...] = ()
     metrics: Mapping[str, float] = field(default_factory=dict)
     invalid: str | None = None
+    abstained: str | None = None
 
     @property
     def reasons(self) -> tuple[str, ...]:
@@ -58,4 +61,5 @@ class Outcome:
                 for f in self.failures
             ],
             "figures": dict(self.metrics),
+            **({} if self.abstained is None else {"abstained": self.abstained}),
         }

@@ -36,6 +36,20 @@ def follow(
         path_dt: Time between two rows [s].
         observer: Called after every control step.
     """
+    planned = plan(dressing, path, path_dt)
+    return planned if isinstance(planned, Recording) else play(dressing, planned, observer)
+
+
+def plan(
+    dressing: Dressing, path: NDArray[np.float64], path_dt: float
+) -> JointTrajectory | Recording:
+    """Joint commands for a path, or at once the recording of one that nobody tries to follow.
+
+    Args:
+        dressing: It stays as it is.
+        path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
+        path_dt: Time between two rows [s].
+    """
     beyond = float(np.linalg.norm(path, axis=1).max()) - FARTHEST
     if beyond > 0.0:
         told = f"the path leads {beyond:.3g} m beyond {FARTHEST:g} m from the robot's base"
@@ -44,7 +58,7 @@ def follow(
     error = max(dressing.start_error, trajectory.max_error)
     if error > dressing.config.tracking.max_error:
         return _unreachable(dressing, error, f"the robot stays {error:.3g} m from the path")
-    return play(dressing, trajectory, observer)
+    return trajectory
 
 
 def tracked(
@@ -91,19 +105,30 @@ def play(
     dressing: Dressing, trajectory: JointTrajectory, observer: Observer | None = None
 ) -> Recording:
     """Play joint commands, hold the last one, and judge what happens."""
-    n_hold = round(dressing.config.hold / trajectory.dt)
-    n_limit = round(dressing.config.time_limit / trajectory.dt)
-    n_left = n_limit + 1 - len(trajectory.positions) - n_hold
-    commands = np.pad(trajectory.positions, ((0, n_hold), (0, 0)), mode="edge")
-    targets = np.pad(trajectory.targets, ((0, n_hold), (0, 0)), mode="edge")
+    commands, targets, time_left = with_hold(dressing, trajectory)
     dressing.reset(commands[0], targets[0])
     positions = [dressing.start]
     for command, target in zip(commands[1:], targets[1:], strict=True):
         if dressing.done:
             break
         keep(dressing, dressing.step_joints(command, target), positions, observer)
-    time_left = n_left * trajectory.dt - trajectory.left_out
     return recorded(dressing, trajectory, positions, time_left)
+
+
+def with_hold(
+    dressing: Dressing, trajectory: JointTrajectory
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """All that is played of a trajectory, the final hold included.
+
+    Returns:
+        Joint commands (n, 7) [rad], targets (n, 3) [m], and what of the time will be left then [s].
+    """
+    n_hold = round(dressing.config.hold / trajectory.dt)
+    n_limit = round(dressing.config.time_limit / trajectory.dt)
+    n_left = n_limit + 1 - len(trajectory.positions) - n_hold
+    commands = np.pad(trajectory.positions, ((0, n_hold), (0, 0)), mode="edge")
+    targets = np.pad(trajectory.targets, ((0, n_hold), (0, 0)), mode="edge")
+    return commands, targets, n_left * trajectory.dt - trajectory.left_out
 
 
 def keep(

@@ -5,7 +5,10 @@ the expert demonstrations falls (Zhu, Gienger and Kober 2022, Algorithm 1):
 
 * ``"noise"``: an expert demonstration, drawn at random, with white noise;
 * ``"rf"``: what the current policy does in a random new situation (random frames);
-* ``"rf+noise"``: the same with white noise.
+* ``"rf+noise"``: the same with white noise;
+* ``"copies"``: an expert demonstration, drawn at random, as it is. This is not the paper's but a
+  control: it adds no data, so that what it gains is expectation-maximisation going on, and
+  experts' weights.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +32,7 @@ from dressing_sim.learning.policy import Policy
 from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
-Method = Literal["noise", "rf", "rf+noise"]
+Method = Literal["noise", "rf", "rf+noise", "copies"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Termination = Literal["first", "both"]
 Retraining = Literal["warm", "cold"]
@@ -39,6 +42,9 @@ MOST_ITERATIONS = 100_000
 
 #: What Algorithm 1 calls of a policy.
 _NEEDED = ("fit", "refit", "synthesise", "cost")
+
+#: Those that make demonstrations of the experts' own situations.
+_OF_EXPERTS = ("noise", "copies")
 
 PRINTED_LOOP_LIMIT = 20  # times max_iterations, see ``termination``
 
@@ -184,7 +190,7 @@ def augment(
     options = options or AugmentOptions()
     experts = check_demonstrations(demonstrations)
     criterion = experts if validation is None else check_demonstrations(validation)
-    if sampler is None and options.method != "noise":
+    if sampler is None and options.method not in _OF_EXPERTS:
         sampler = BoundsSampler.around(experts)
     initial = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
     current: Augmentable = initial.fit(experts)
@@ -241,13 +247,13 @@ def _synthetic(
     rng: np.random.Generator,
 ) -> SyntheticDemonstration:
     """One synthetic demonstration, by the method of the options."""
-    if options.method == "noise":
+    if options.method in _OF_EXPERTS:
         expert = experts[int(rng.integers(len(experts)))]
         made = SyntheticDemonstration(np.asarray(expert.positions), expert.dt, expert.frames)
     else:
         assert sampler is not None
         made = policy.synthesise(sampler.sample(rng))
-    if options.method == "rf":
+    if options.method in ("rf", "copies"):
         return made
     noisy = add_white_noise(made.positions, options.snr_db, rng, options.noise_reference)
     return SyntheticDemonstration(noisy, made.dt, made.frames)

@@ -93,7 +93,7 @@ class AugmentedTPGMM:
             rng=np.random.default_rng(self.seed),
             options=self.options,
             policy=self._initial,
-            sampler=None if self.options.method == "noise" else self.sampler(demonstrations),
+            sampler=self.sampler(demonstrations) if self.options.method.startswith("rf") else None,
         )
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:

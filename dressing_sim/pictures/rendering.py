@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import cache
-from importlib import import_module
 from types import TracebackType
 from typing import Self
 
@@ -19,11 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import DressingSimError, InvalidInputError
-from dressing_sim.pictures import LARGEST_SIDE
-from dressing_sim.pictures.strain_colours import StrainColours
-from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, add_visuals
-from dressing_sim.world.scene import WorldConfig, build_spec, compiled
+from dressing_sim.errors import DressingSimError
+from dressing_sim.pictures.cameras import View
+from dressing_sim.pictures.canvas import Canvas
+from dressing_sim.pictures.look import check_size
+from dressing_sim.pictures.overlays import Mark
+from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, drawing_spec
+from dressing_sim.world.scene import WorldConfig, compiled, resting_sleeve
 
 #: Drawn with through PyOpenGL, without a window system; what there is on Linux.
 _THROUGH_PYOPENGL = ("egl", "osmesa")
@@ -36,6 +38,9 @@ def backends(platform: str) -> tuple[str, ...]:
 
 #: Tried in this order unless the environment variable MUJOCO_GL names one of them.
 BACKENDS = backends(sys.platform)
+
+#: Samples of each pixel of a fine picture; software OpenGL has no more.
+_SAMPLES = 4
 
 INSTALL_HINT = (
     "no offscreen OpenGL works here: on Linux install EGL (Debian and Ubuntu: apt install libegl1 "
@@ -87,15 +92,6 @@ def gl_backend() -> str:
     raise DressingSimError(INSTALL_HINT)
 
 
-def check_size(width: int, height: int) -> None:
-    """Raise InvalidInputError unless a picture can have this size [pixels]."""
-    for side in (width, height):
-        if not 1 <= side <= LARGEST_SIDE:
-            raise InvalidInputError(
-                f"a picture of {width} x {height} pixels: valid is 1 to {LARGEST_SIDE} each"
-            )
-
-
 class OffscreenRenderer:
     """Draws states of one scene; use it as a context manager, or close it.
 
@@ -104,6 +100,7 @@ class OffscreenRenderer:
         config: The world's configuration, for the sleeve's mesh.
         width: Of a picture [pixels].
         height: Of a picture [pixels].
+        fine: Smooth edges and cast shadows, which takes three times as long.
         strain_top: Colour the cloth by its strain, this strain in the last colour; None for cloth
             of one colour.
 
@@ -119,50 +116,64 @@ class OffscreenRenderer:
         width: int = 640,
         height: int = 480,
         strain_top: float | None = None,
+        fine: bool = True,
     ) -> None:
         check_size(width, height)
         backend = gl_backend()
-        spec, mesh = build_spec(posture, config)
-        add_visuals(spec)
-        self._colours = None if strain_top is None else StrainColours(spec, mesh, strain_top)
+        spec, self._sleeve = drawing_spec(posture, config, strain_top)
+        self._resting = resting_sleeve(posture, config.sleeve).vertices
+        spec.visual.quality.offsamples = _SAMPLES if fine else 0
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         self._model = compiled(spec)
         self._data = mujoco.MjData(self._model)
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
-        self._gl = import_module(f"mujoco.{backend}").GLContext(width, height)
-        self._gl.make_current()
-        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._canvas = Canvas(backend, width, height)
+        self._context = self._canvas.run(self._upload)
         self._scene = mujoco.MjvScene(self._model, maxgeom=5000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = fine
         self._option = mujoco.MjvOption()
         self._option.geomgroup[VISUAL_GROUP] = 1
         self._option.geomgroup[COLLISION_GROUP] = 0
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXSKIN] = 1
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXEDGE] = 0
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_FLEXVERT] = 0
 
-    def draw(self, qpos: NDArray[np.float64], camera: str = "front") -> NDArray[np.uint8]:
+    def _upload(self) -> mujoco.MjrContext:
+        """Hand meshes and textures to OpenGL."""
+        context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        self._canvas.keep(context)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+        return context
+
+    def draw(
+        self,
+        qpos: NDArray[np.float64],
+        camera: str | View = "front",
+        marks: Sequence[Mark] = (),
+    ) -> NDArray[np.uint8]:
         """Draw the scene.
 
         Args:
             qpos: Generalised positions of the simulated world, ``World.data.qpos``.
-            camera: One of `CAMERAS`.
+            camera: One of `dressing_sim.pictures.CAMERAS`, or a view of one's own.
+            marks: What is drawn besides.
 
         Returns:
             Picture, shape (height, width, 3).
+
+        Raises:
+            InvalidInputError: The renderer is closed.
+            DressingSimError: This process was forked from one that had drawn.
         """
-        self._gl.make_current()  # another renderer may have drawn since
-        self._data.qpos[:] = qpos
-        # Positions only: forces and contacts are the simulation's business.
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_comPos(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
-        mujoco.mj_flex(self._model, self._data)
-        if self._colours is not None:
-            self._colours.paint(self._model, self._data.flexvert_xpos)
-        view = mujoco.MjvCamera()
-        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        view.fixedcamid = self._model.camera(camera).id
+        return self._canvas.run(self._draw, qpos, camera, marks)
+
+    def _draw(
+        self, qpos: NDArray[np.float64], camera: str | View, marks: Sequence[Mark]
+    ) -> NDArray[np.uint8]:
+        self._place(qpos)
+        if isinstance(camera, View):
+            view = camera.camera()
+        else:
+            view = mujoco.MjvCamera()
+            view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+            view.fixedcamid = self._model.camera(camera).id
         mujoco.mjv_updateScene(
             self._model,
             self._data,
@@ -172,16 +183,55 @@ class OffscreenRenderer:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
+        for mark in marks:
+            mark.add(self._scene)
         mujoco.mjr_render(self._rectangle, self._scene, self._context)
         picture = np.empty((self._rectangle.height, self._rectangle.width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(picture, None, self._rectangle, self._context)
         return np.ascontiguousarray(picture[::-1])
 
+    def _place(self, qpos: NDArray[np.float64]) -> None:
+        """Put robot and sleeve where they are."""
+        n_cloth = self._resting.size
+        self._data.qpos[:] = qpos[: len(qpos) - n_cloth]
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        # Each vertex slides from where it rests.
+        cloth = self._resting + qpos[len(qpos) - n_cloth :].reshape(-1, 3)
+        moved = self._sleeve.place(self._model, cloth)
+        mujoco.mjr_uploadMesh(self._model, self._context, moved)
+
+    def hidden(
+        self,
+        qpos: NDArray[np.float64],
+        eye: NDArray[np.float64],
+        points: NDArray[np.float64],
+    ) -> NDArray[np.bool_]:
+        """Which points the robot is in front of.
+
+        Args:
+            qpos: Generalised positions of the simulated world.
+            eye: Where they are seen from, (3,) [m].
+            points: Shape (n, 3) [m].
+
+        Returns:
+            Shape (n,).
+        """
+        self._data.qpos[:] = qpos[: len(qpos) - self._resting.size]
+        mujoco.mj_kinematics(self._model, self._data)
+        robot = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
+        robot[COLLISION_GROUP] = 1
+        hit, none = np.full(1, -1, dtype=np.int32), np.zeros(3)
+        found = []
+        for point in points:
+            away = mujoco.mj_ray(self._model, self._data, eye, point - eye, robot, 0, -1, hit, none)
+            # In lengths of the ray; the fingers hold the cloth, and are not in front of it.
+            found.append(0.0 <= away < 0.9)
+        return np.array(found)
+
     def close(self) -> None:
         """Free the OpenGL context."""
-        self._gl.make_current()
-        self._context.free()
-        self._gl.free()
+        self._canvas.close()
 
     def __enter__(self) -> Self:
         return self

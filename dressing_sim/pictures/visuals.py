@@ -1,121 +1,109 @@
-"""What makes pictures look right and physics does not see: robot skin, floor, light, camera."""
+"""The model that is drawn: robot, person, room and the sleeve's finer mesh, without physics."""
 
 from __future__ import annotations
-
-import xml.etree.ElementTree as ET
 
 import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dressing_sim.pictures.meshes import converted_meshes
-from dressing_sim.world.mannequin import ARM_LINKS
-from dressing_sim.world.panda import mesh_path, urdf_path
+from dressing_sim.arm import Posture
+from dressing_sim.pictures.cloth import DrawnSleeve
+from dressing_sim.pictures.meshes import robot_skin
+from dressing_sim.pictures.person import FLOOR, Surface, left_arm, person, trunk
+from dressing_sim.pictures.strain_colours import StrainScale
+from dressing_sim.pictures.studio import add_soft_shadow, add_studio
+from dressing_sim.world.panda import ServoConfig, panda_spec
+from dressing_sim.world.scene import WorldConfig, resting_sleeve
 
 #: Geom groups of pictures: visual meshes are shown, collision shapes of the robot are not.
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 
-#: How far inside the surface that contacts see the arm's skin is drawn [m]: own choice, what cloth
-#: sinks in under a usual load. Real skin would give way; ours, drawn in full, would poke through.
-SKIN_INSET = 0.006
+#: Columns of the texture that darkens what the sky does not see.
+_SHADES = 64
 
 
-def add_visuals(spec: mujoco.MjSpec) -> None:
-    """Add the robot's skin, a floor, lights and a camera to a scene, and draw the arm thinner.
+def drawing_spec(
+    posture: Posture, config: WorldConfig, strain_top: float | None = None
+) -> tuple[mujoco.MjSpec, DrawnSleeve]:
+    """All that is drawn, as an editable spec, and what moves its sleeve.
 
-    For pictures alone: nothing that is added has contacts, and the arm is no longer the simulated.
+    Its joints are the robot's, which come first in the simulated world too.
+
+    Args:
+        posture: The person's.
+        config: Of the simulated world.
+        strain_top: Strain of the last colour of a sleeve in colours of strain; None for cloth in
+            its own.
     """
+    spec = panda_spec(ServoConfig(), contype=0, conaffinity=0)
     _add_robot_skin(spec)
-    for link in ARM_LINKS:
-        for geom in spec.body(link).geoms:
-            geom.size[0] -= SKIN_INSET
-    _add_studio(spec)
+    for part in person(posture):
+        _add_surface(spec, part)
+    add_studio(spec, posture)
+    standing = np.concatenate([part.vertices for part in person(posture)])
+    add_soft_shadow(spec, standing, posture.shoulder_position[2] - FLOOR)
+    arm, chest = left_arm(posture), trunk(posture)
+    mesh = resting_sleeve(posture, config.sleeve)
+    scale = None if strain_top is None else StrainScale(mesh, strain_top)
+    sleeve = DrawnSleeve(
+        spec, mesh, lambda points: np.minimum(arm(points), chest(points) - 0.009), scale
+    )
+    return spec, sleeve
+
+
+def _add_surface(spec: mujoco.MjSpec, part: Surface) -> None:
+    shades = np.linspace(0.42, 1.0, _SHADES)[:, None] * np.array(part.colour)
+    # What little light reaches into a fold comes from the same stuff.
+    shades = np.clip(shades ** np.linspace(1.12, 1.0, _SHADES)[:, None], 0.0, 1.0)
+    texture = spec.add_texture(
+        name=part.name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=_SHADES, height=2, nchannel=3
+    )
+    row = np.round(255.0 * shades).astype(np.uint8)
+    texture.data = np.repeat(row[None], 2, axis=0).tobytes()
+    material = spec.add_material(name=part.name, specular=0.15, shininess=0.25)
+    textures = material.textures
+    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = part.name
+    material.textures = textures
+    column = (0.5 + part.light * (_SHADES - 1)) / _SHADES
+    corners = part.faces.ravel()
+    spec.add_mesh(
+        name=part.name,
+        uservert=part.vertices.ravel(),
+        userface=corners,
+        usernormal=part.normals.ravel(),
+        userfacenormal=corners,
+        usertexcoord=np.stack([column, np.full_like(column, 0.5)], axis=1).ravel(),
+        userfacetexcoord=corners,
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    spec.worldbody.add_geom(
+        name=part.name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=part.name,
+        material=part.name,
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        group=VISUAL_GROUP,
+    )
 
 
 def _add_robot_skin(spec: mujoco.MjSpec) -> None:
-    for link in ET.parse(urdf_path()).getroot().findall("link"):
-        for visual in link.findall("visual"):
-            mesh = visual.find("geometry/mesh")
-            if mesh is None:
-                continue
-            origin = visual.find("origin")
-            rpy = [0.0] * 3 if origin is None else [float(v) for v in origin.get("rpy", "").split()]
-            quat = Rotation.from_euler("xyz", rpy).as_quat(scalar_first=True)
-            body = spec.body(link.get("name"))
-            collada = mesh_path(mesh.get("filename", ""))
-            for code, content in converted_meshes(collada).items():
-                name = f"{collada.stem}_{code}"
-                if spec.mesh(name) is None:
-                    spec.assets[f"{name}.obj"] = content.encode()
-                    spec.add_mesh(
-                        name=name,
-                        file=f"{name}.obj",
-                        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-                    )
-                body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_MESH,
-                    meshname=name,
-                    quat=quat,
-                    rgba=[*(byte / 255.0 for byte in bytes.fromhex(code)), 1.0],
-                    contype=0,
-                    conaffinity=0,
-                    mass=0.0,
-                    group=VISUAL_GROUP,
-                )
-
-
-def _add_studio(spec: mujoco.MjSpec) -> None:
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.93, 0.95, 0.97],
-        rgb2=[0.72, 0.78, 0.84],
-        width=64,
-        height=384,
-    )
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[3.0, 3.0, 0.1],
-        pos=[0.0, 0.0, -0.45],
-        rgba=[0.80, 0.82, 0.84, 1.0],
-        contype=0,
-        conaffinity=0,
-    )
-    spec.worldbody.add_geom(
-        name="table",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[0.16, 0.16, 0.225],
-        pos=[-0.03, 0.0, -0.226],
-        rgba=[0.45, 0.47, 0.50, 1.0],
-        contype=0,
-        conaffinity=0,
-    )
-    spec.worldbody.add_light(
-        pos=[0.6, 1.2, 2.2], dir=[-0.1, -0.6, -1.0], diffuse=[0.5] * 3, specular=[0.1] * 3
-    )
-    spec.worldbody.add_light(
-        pos=[-0.8, -0.4, 1.8], dir=[0.6, 0.3, -1.0], diffuse=[0.25] * 3, castshadow=False
-    )
-    spec.visual.headlight.ambient = [0.35] * 3
-    spec.visual.headlight.diffuse = [0.25] * 3
-    spec.visual.quality.shadowsize = 4096
-    spec.visual.quality.offsamples = 8
-    spec.visual.map.znear = 0.01
-    for name, eye, target in (
-        ("front", (-0.30, 0.95, 0.78), (0.37, -0.04, 0.28)),
-        ("close", (0.05, 0.55, 0.55), (0.42, -0.08, 0.24)),
-        ("above", (0.40, 0.10, 1.30), (0.42, -0.05, 0.2)),
-    ):
-        back = np.subtract(eye, target) / np.linalg.norm(np.subtract(eye, target))
-        right = np.cross([0.0, 0.0, 1.0] if abs(back[2]) < 0.95 else [0.0, 1.0, 0.0], back)
-        right /= np.linalg.norm(right)
-        up = np.cross(back, right)
-        matrix = np.column_stack([right, up, back])
-        spec.worldbody.add_camera(
-            name=name,
-            pos=eye,
-            quat=Rotation.from_matrix(matrix).as_quat(scalar_first=True),
-            fovy=42.0,
+    for part in robot_skin():
+        if spec.mesh(part.name) is None:
+            spec.assets[f"{part.name}.obj"] = part.obj.encode()
+            spec.add_mesh(
+                name=part.name,
+                file=f"{part.name}.obj",
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            )
+        spec.body(part.link).add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=part.name,
+            quat=Rotation.from_euler("xyz", part.rpy).as_quat(scalar_first=True),
+            rgba=[*(byte / 255.0 for byte in bytes.fromhex(part.colour)), 1.0],
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            group=VISUAL_GROUP,
         )

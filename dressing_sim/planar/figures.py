@@ -23,7 +23,7 @@ from dressing_sim.planar.study import Selection, Study, situation_sampler
 
 BOX_COLOURS = ("0.75", "#f2c84b")  # start grey, goal yellow, as in the paper
 EXPERT, INITIAL = "#1f5fbf", "#c8372d"
-METHOD_COLOURS = {"noise": "black", "rf": "#2a9d3a", "rf+noise": "#17a5b8"}
+METHOD_COLOURS = {"noise": "black", "rf": "#2a9d3a", "rf+noise": "#17a5b8", "copies": "0.6"}
 SIZE = 2.6  # of one panel, inches
 
 

@@ -63,7 +63,7 @@ def _row(study: Study, selection: Any, method: Any) -> dict[str, Any]:
     for index, kind in enumerate(("training", "validation")):
         name, start = f"{kind}_cost", initial[kind]
         values = [value for run in runs if (value := getattr(run, name)) is not None]
-        printed = paper.TABLE[selection, method][index]
+        printed = paper.TABLE.get((selection, method), (None, None))[index]
         if start is None or not values:
             row |= {f"{name}_{key}": None for key in ("best", "mean", "sd")}
             row |= {f"{name}_best_percent": None, f"{name}_mean_percent": None}
@@ -128,7 +128,8 @@ def markdown(result: dict[str, Any]) -> str:
             cells.append(_cost(row[f"{name}_best"], row[f"{name}_best_percent"]))
             mean, sd = row[f"{name}_mean"], row[f"{name}_sd"]
             cells.append("-" if mean is None else f"{mean:.3f} ± {sd:.3f}")
-            cells.append(f"{row[f'paper_{name}']:.2f}")
+            printed_cost = row[f"paper_{name}"]
+            cells.append("" if printed_cost is None else f"{printed_cost:.2f}")
         cells.append(f"{row['accepted_mean']:.1f} / {row['discarded_mean']:.1f}")
         cells.append(_depth(row["best_training_violation"], row["best_validation_violation"]))
         lines.append("| " + " | ".join(cells) + " |")

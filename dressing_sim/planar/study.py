@@ -26,7 +26,7 @@ GOAL_ANGLES = (np.deg2rad([60.0]), np.deg2rad([180.0]))
 GOAL_POSITIONS = (np.zeros(2), np.full(2, 0.75))
 
 
-#: Of the paper's study, the same for its three methods; the authors' code fills the gaps.
+#: Of the paper's study, the same for all methods; the authors' code fills the gaps.
 OPTIONS = AugmentOptions(max_demonstrations=8, max_iterations=50, noise_reference="world")
 
 
@@ -49,12 +49,15 @@ class StudyConfig:
         for method in listed(self.methods, "methods", "a sequence of methods"):
             one_of(method, "a method", METHODS)
         of_kind(self.options, AugmentOptions, "options", "AugmentOptions")
-        _policy(self)  # which checks its settings
+        initial_policy(self)  # which checks its settings
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of Algorithm 1 with the costs of its final policy."""
+    """One run of Algorithm 1 with the costs of its final policy.
+
+    There is no cost, None, where there are no demonstrations to validate with, or to test with.
+    """
 
     method: Method
     selection: Selection
@@ -62,6 +65,7 @@ class Run:
     augmentation: Augmentation
     training_cost: float
     validation_cost: float | None
+    test_cost: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +77,7 @@ class Study:
     initial: TimeTPGMM
     initial_training_cost: float
     initial_validation_cost: float | None
+    initial_test_cost: float | None
     runs: tuple[Run, ...]
 
     def of(self, method: Method, selection: Selection) -> tuple[Run, ...]:
@@ -126,18 +131,8 @@ class _Job:
     index: int
 
     def __call__(self) -> Run:
-        # The seed depends on the run alone, not on which others there are or where it runs.
-        key = (SELECTIONS.index(self.selection), METHODS.index(self.method), self.index)
-        sequence = np.random.SeedSequence(self.config.seed, spawn_key=key)
-        validation = self.data.validation
-        result = augment(
-            self.data.training,
-            rng=np.random.default_rng(sequence),
-            options=replace(self.config.options, method=self.method),
-            policy=_policy(self.config),
-            sampler=situation_sampler(self.data, self.config.situations),
-            validation=validation if self.selection == "generalisation" else None,
-        )
+        validation, test = self.data.validation, self.data.test
+        result = augmented(self.config, self.data, self.method, self.selection, self.index)
         return Run(
             self.method,
             self.selection,
@@ -145,10 +140,29 @@ class _Job:
             result,
             result.policy.cost(self.data.training),
             result.policy.cost(validation) if validation else None,
+            result.policy.cost(test) if test else None,
         )
 
 
-def _policy(config: StudyConfig) -> TimeTPGMM:
+def augmented(
+    config: StudyConfig, data: PlanarData, method: Method, selection: Selection, index: int
+) -> Augmentation:
+    """One run of Algorithm 1, the one of this index in its cell of the table."""
+    # The seed depends on the run alone, not on which others there are or where it runs.
+    key = (SELECTIONS.index(selection), METHODS.index(method), index)
+    sequence = np.random.SeedSequence(config.seed, spawn_key=key)
+    return augment(
+        data.training,
+        rng=np.random.default_rng(sequence),
+        options=replace(config.options, method=method),
+        policy=initial_policy(config),
+        sampler=situation_sampler(data, config.situations),
+        validation=data.validation if selection == "generalisation" else None,
+    )
+
+
+def initial_policy(config: StudyConfig) -> TimeTPGMM:
+    """What a study starts from, before it is fitted."""
     return TimeTPGMM(config.components, fusion=config.fusion)
 
 
@@ -194,7 +208,7 @@ def run_study(
         InvalidInputError: a configuration or demonstrations that cannot be used.
     """
     check_study(data, config, workers)
-    initial = _policy(config).fit(data.training)
+    initial = initial_policy(config).fit(data.training)
     selections = SELECTIONS if data.validation else SELECTIONS[:1]
     jobs = [
         _Job(config, data, method, selection, index)
@@ -211,5 +225,6 @@ def run_study(
         initial,
         initial.cost(data.training),
         initial.cost(data.validation) if data.validation else None,
+        initial.cost(data.test) if data.test else None,
         tuple(runs),
     )

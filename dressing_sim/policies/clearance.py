@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,3 +49,42 @@ def beside(
         push = lacking[:, None] * outward * [1.0, 1.0, 0.0]
         points = points + smoothed(push, _CORRECTION_WIDTH)
     return points
+
+
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """How far from the skeleton demonstrations were, phase by phase.
+
+    Attributes:
+        distances: Least and largest distance of the fingertips, (2, N) [m].
+        hand: From the fingertips to the hand, (3,) [m].
+        hand_least: Least distance of the hand, (N,) [m].
+    """
+
+    distances: NDArray[np.float64]
+    hand: Vector
+    hand_least: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, skeletons: Sequence[Skeleton], points: NDArray[np.float64], hand: Vector
+    ) -> Clearances:
+        """Those of demonstrations in phase, (M, N, 3), each with its arm's skeleton."""
+        pairs = list(zip(skeletons, points, strict=True))
+        found = np.stack([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs])
+        least = np.min([np.linalg.norm(s.outward(p + hand), axis=1) for s, p in pairs], axis=0)
+        return cls(np.stack([found.min(axis=0), found.max(axis=0)]), hand, least)
+
+    def shortfall(self, points: NDArray[np.float64], skeleton: Skeleton) -> tuple[float, float]:
+        """By how much a path by phase, (N, 3), is too near to a skeleton at most [m].
+
+        Of the fingertips and of the hand; below zero where it is farther than need be everywhere.
+        """
+        distance = np.linalg.norm(skeleton.outward(points), axis=1)
+        hand = np.linalg.norm(skeleton.outward(points + self.hand), axis=1)
+        return float((self.distances[0] - distance).max()), float((self.hand_least - hand).max())
+
+    def kept(self, points: NDArray[np.float64], skeleton: Skeleton) -> NDArray[np.float64]:
+        """A path by phase, (N, 3), moved until it is as clear of a skeleton."""
+        points = within(points, skeleton, *self.distances)
+        return beside(points, skeleton, self.hand, self.hand_least)

@@ -24,7 +24,13 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.config import check_numbers
-from dressing_sim.errors import DressingSimError, InvalidInputError, PolicyError, one_line
+from dressing_sim.errors import (
+    Abstained,
+    DressingSimError,
+    InvalidInputError,
+    PolicyError,
+    one_line,
+)
 from dressing_sim.inputs import fit, inputs_of
 from dressing_sim.numerics import single_threaded
 from dressing_sim.path import checked_path, reset_policy, seed_argument
@@ -83,6 +89,7 @@ class Host:
 
         Raises:
             PolicyError: The policy raised, took too long, or ended its process.
+            Abstained: It chose to.
         """
         if self._process is None or not self._process.is_alive():
             self._start()
@@ -92,14 +99,14 @@ class Host:
             if not self._connection.poll(seconds):
                 self.close()
                 raise PolicyError(f"took longer than {seconds:g} s to {what}")
-            good, answer = self._connection.recv()
+            failed, answer = self._connection.recv()
         except (EOFError, OSError) as error:
             self._process.join(1.0)
             code = self._process.exitcode
             self.close()
             raise PolicyError(f"its process ended (exit code {code}) in {what}") from error
-        if not good:
-            raise PolicyError(answer)
+        if failed is not None:
+            raise failed(answer)
         return answer
 
     def _start(self) -> None:
@@ -153,15 +160,18 @@ def _serve(connection: Connection, log: Path | None, memory: int) -> None:
             os._exit(0)
         sys.path[:] = [*path, *_here()]
         invalidate_caches()
+        answer: tuple[type[PolicyError] | None, Any]
         try:
-            answer = True, single_threaded(getattr(server, what), *arguments)
+            answer = None, single_threaded(getattr(server, what), *arguments)
+        except Abstained as error:
+            answer = Abstained, str(error)
         except BaseException as error:  # also what exits: the policy's, not ours
-            answer = False, described_error(error)
+            answer = PolicyError, described_error(error)
         sys.stdout.flush()
         try:
             connection.send(answer)
         except Exception as error:  # an answer that cannot be sent
-            connection.send((False, described_error(error)))
+            connection.send((PolicyError, described_error(error)))
 
 
 def _here() -> list[str]:
@@ -232,12 +242,12 @@ class _Server:
         # As objects pass between processes; it never gets into a file.
         return bytes(ForkingPickler.dumps(fitted)), getattr(fitted, "dt", None)
 
-    def generate(self, fitted: bytes, asked: Any, start: Any, seed: int) -> tuple[Any, Any]:
-        """A path (T, 3) [m] and its own time step, or None [s]."""
+    def generate(self, fitted: bytes, asked: Any, start: Any, seed: int) -> tuple[Any, ...]:
+        """What a `Path` is made of."""
         policy = ForkingPickler.loads(fitted)
         drawn = seed_argument(policy.generate, seed)
         path = checked_path(policy.generate(asked, start, **drawn), "it")
-        return np.array(path.positions), path.dt
+        return np.array(path.positions), path.dt, path.probability
 
     def begin(self, fitted: bytes, seed: int) -> None:
         """Prepare an episode in closed loop."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.errors import PolicyError
+from dressing_sim.errors import Abstained, PolicyError
 from dressing_sim.inputs import fit
 from dressing_sim.learning import DemonstrationLike, Policy, Situation
 from dressing_sim.learning.policy import Inputs
@@ -71,8 +71,7 @@ class Hosted:
             PolicyError: It raised, took too long, ended its process, or made no path.
         """
         arguments = self.fitted, frames, start, seed
-        positions, dt = self._host().ask(self.limits.generate_time, "generate", *arguments)
-        return Path(positions, dt)
+        return Path(*self._host().ask(self.limits.generate_time, "generate", *arguments))
 
     def _host(self) -> Host:
         return _host(self.limits, self.log)
@@ -138,6 +137,8 @@ class GuardedActor(Guarded):
 def _answered(call: Callable[[], T]) -> T:
     try:
         return call()
+    except Abstained:
+        raise
     except Exception as error:  # whatever a policy raises is its own
         raise PolicyError(described_error(error)) from error
 

@@ -25,6 +25,8 @@ from dressing_sim.learning import (
     TrajectoryTPGMM,
 )
 from dressing_sim.learning.augmented import AugmentedTPGMM
+from dressing_sim.learning.phases import Alignment
+from dressing_sim.policies.cleared import ClearPolicy
 from dressing_sim.policies.hyperparameters import split_name
 from dressing_sim.policies.situations import ArmPlanePolicy, ArmSampler, InArmPlane, in_arm_planes
 
@@ -70,6 +72,12 @@ class TPGMMConfig:
     with 0 it ends at rest only, and creeps past the shoulder."""
     free_axes: FreeAxes = "gravity"
     """What the frames' z axes follow: up, or the normal of the arm's plane."""
+    aligned: bool = False
+    """Whether demonstrations are brought onto one clock before the fit, synthetic ones too (see
+    `dressing_sim.learning.phases`); not the paper's method."""
+    clearance: bool = False
+    """Whether the answer is kept as clear of the arm, phase by phase, as the demonstrations were
+    (see `dressing_sim.policies.cleared`); Algorithm 1 does not know. Not the paper's method."""
 
     def __post_init__(self) -> None:
         check_kinds(self, "policy")
@@ -88,7 +96,7 @@ class TPGMMConfig:
         Args:
             seed: Of the randomness of learning, of which the initial policy has none.
         """
-        return self._in_frames(self._initial())
+        return self._outside(self._initial())
 
     def _initial(self) -> TrajectoryTPGMM:
         return TrajectoryTPGMM(
@@ -100,10 +108,13 @@ class TPGMMConfig:
             samples=self.samples,
             shrinkage=self.shrinkage,
             end_radius=self.end_radius,
+            alignment=Alignment() if self.aligned else None,
         )
 
-    def _in_frames(self, policy: Policy) -> Policy:
-        return ArmPlanePolicy(policy) if self.free_axes == "arm-plane" else policy
+    def _outside(self, policy: Policy) -> Policy:
+        """The policy with what surrounds it."""
+        seen = ArmPlanePolicy(policy) if self.free_axes == "arm-plane" else policy
+        return ClearPolicy(seen) if self.clearance else seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +146,7 @@ class AugmentedTPGMMConfig(TPGMMConfig):
         Args:
             seed: Of Algorithm 1.
         """
-        return self._in_frames(self.augmented(seed))
+        return self._outside(self.augmented(seed))
 
     def augmented(self, seed: int = 0) -> AugmentedTPGMM:
         """A new policy for demonstrations in frames as `seen`."""

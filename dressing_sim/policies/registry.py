@@ -18,6 +18,7 @@ from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
 from dressing_sim.path import takes_seed
+from dressing_sim.policies.confidence import judged, split_judged
 from dressing_sim.policies.expert import EXPERT, EXPERT_REPLAN
 from dressing_sim.policies.hyperparameters import changed, keyword_arguments, split_name
 from dressing_sim.provenance import source_hash
@@ -66,20 +67,24 @@ def make_policy(name: str, seed: int = 0) -> Policy:
     Args:
         name: A built-in name, ``default``, the name of an installed entry point, or
             ``module:Class``. Hyper-parameters may follow: ``tp-gmm-rf?end_radius=0&snr_db=20``;
-            a class of others is given them as keyword arguments, read by its annotations.
+            a class of others is given them as keyword arguments, read by its annotations. Of any
+            policy ``judge=FILE`` is a `Judge` of its paths, and ``abstain=P`` the least probability
+            with which it tries, see `dressing_sim.policies.confidence`.
         seed: Of the randomness of learning; given to a class of others if it takes ``seed``.
 
     Raises:
         InvalidInputError: There is no such policy or hyper-parameter, or the policy lacks `fit` or
             `generate`.
     """
-    stem, text = split_name(known_name(name))
+    plain, judge = split_judged(known_name(name))
+    stem, text = split_name(plain)
     config = built_in().get(stem)
     factory = None if config is not None else _find(stem)
     try:
         if config is not None:
             fixed: frozenset[str] = getattr(config, "fixed", frozenset())
-            return (config if text is None else changed(config, text, fixed)).make(seed)
+            ours = (config if text is None else changed(config, text, fixed)).make(seed)
+            return ours if judge is None else judged(ours, plain, *judge)
         assert factory is not None
         policy = _made(factory, text, seed)
         acts = all(callable(getattr(policy, name, None)) for name in ("fit", "act"))
@@ -89,7 +94,8 @@ def make_policy(name: str, seed: int = 0) -> Policy:
                 "act(observation)"
             )
         inputs_of(policy)
-        return cast(Policy, policy)
+        theirs = cast(Policy, policy)
+        return theirs if judge is None else judged(theirs, plain, *judge)
     except InvalidInputError as error:
         raise InvalidInputError(f"policy {shown(name, 400)}: {error}") from error
 

@@ -14,15 +14,10 @@ from dressing_sim.config import from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, Frame
 from dressing_sim.learning.frame import FloatArray, situation
-from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.learning.rivals import METHODS, Equivariance, Method, Shown, Skill
-from dressing_sim.learning.rivals.method import library
+from dressing_sim.learning.rivals.method import begun_at, library
 from dressing_sim.policies.warped import KinematicWarping
-
-#: Over this share of a path an offset of its start from where the gripper is fades away, as in
-#: `dressing_sim.learning.TimeTPGMM`.
-_BLEND = 0.25
 
 
 class RivalPolicy:
@@ -75,11 +70,7 @@ class RivalPolicy:
                 f"dimension {own[0].dimension}"
             )
         begin = real_vector(start, own[0].dimension, "start has", "m")
-        path = skill(asked, begin)
-        fade = 1.0 - minimum_jerk(shown.phase / _BLEND)
-        path = path + fade[:, None] * (begin - path[0])
-        path[0] = begin
-        return path
+        return begun_at(begin, skill(asked, begin), shown.phase)
 
     def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
         """Settings and arrays, see `dressing_sim.learning.storage`: the demonstrations in phase.

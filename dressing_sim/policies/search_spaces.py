@@ -55,6 +55,8 @@ _TP_GMM: Space = {
     "relative_floor": Choice(("true",)),
     "fusion": Choice(("regression-then-product", "product-then-regression")),
     "end_radius": Span(0.0, 0.4),
+    "aligned": Choice(("true",)),
+    "clearance": Choice(("false", "true")),
 }
 _RANDOM: Space = {
     "angle_margin_deg": Span(0.0, 40.0),
@@ -98,4 +100,4 @@ def space_of(policy: str) -> Space:
 def named(policy: str, space: Space, shares: Sequence[float] | NDArray[np.float64]) -> str:
     """A policy's name with hyper-parameters at shares (d,), 0 to 1, of their ranges."""
     chosen = (f"{name}={one.at(s)}" for (name, one), s in zip(space.items(), shares, strict=True))
-    return f"{policy}?{'&'.join(chosen)}"
+    return f"{policy}{'&' if '?' in policy else '?'}{'&'.join(chosen)}"

@@ -138,6 +138,14 @@ class Skeleton:
         )
         return np.concatenate([on_forearm, on_upper, over_forearm, over_upper, beyond])
 
+    def passed(self, points: NDArray[np.float64]) -> int | None:
+        """The first row of a path (T, 3) beyond the elbow, as the forearm points.
+
+        None if that is its first row, its last, or none: such a path has no two parts.
+        """
+        row = int(np.argmax((points - self.elbow) @ self.forearm > 0.0))
+        return row if 1 <= row <= len(points) - 2 else None
+
     def outward(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """From the nearest point of the skeleton to each point, (N, 3) [m]."""
         ends = (self.wrist, self.elbow), (self.elbow, self.shoulder)

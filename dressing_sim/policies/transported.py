@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from dressing_sim.arm import UP, Vector
+from dressing_sim.arm import UP, up_across
 from dressing_sim.checks import real_array, real_number, real_vector
 from dressing_sim.config import check_kinds, from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
@@ -25,7 +25,7 @@ from dressing_sim.learning.carried import Answer, CarriedDemonstrations
 from dressing_sim.learning.demonstrations import check_demonstrations
 from dressing_sim.learning.registration import Phased, by_length, in_phase, moving
 from dressing_sim.path import Path
-from dressing_sim.policies.clearance import beside, within
+from dressing_sim.policies.clearance import Clearances
 from dressing_sim.policies.skeleton import Skeleton
 
 #: A path that is still within this fraction of its length of an end has not begun, or has ended.
@@ -33,6 +33,9 @@ _STILL = 2e-3
 
 #: Landmarks beyond the elbow.
 _AHEAD = 3
+
+#: Hyper-parameters that practice chooses.
+ELBOW_OFFSETS = ("elbow_out", "elbow_along", "elbow_up")
 
 Feature = Literal["bend", "sideways"]
 
@@ -73,6 +76,13 @@ class TransportConfig:
     hand: float = 0.2
     """How high above the fingertips the hand is that must keep clear of the arm too, sideways; zero
     for fingertips alone."""
+    elbow_out: float = 0.0
+    """How much farther out a path passes an elbow that is bent sideways at a right angle. This and
+    the next two are not learned from demonstrations, but by practice."""
+    elbow_along: float = 0.0
+    """How much farther along the upper arm it passes an elbow bent at a right angle."""
+    elbow_up: float = 0.0
+    """How much higher it passes one."""
     phases: int = 100
     """Points of a path before the elbow, and after it."""
     warp_width: float = 0.05
@@ -90,6 +100,9 @@ class TransportConfig:
         for name in ("slope_to_noise", "curvature", "height", "ahead", "dip", "hand"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is >= 0")
+        for name in ELBOW_OFFSETS:
+            if not abs(getattr(self, name)) < 1.0:
+                raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is -1 to 1")
         for name, least in (("stations", 2), ("phases", 10)):
             if not least <= getattr(self, name) <= 1000:
                 raise InvalidInputError(
@@ -149,6 +162,16 @@ class TransportPolicy:
         self._fitted = _Fitted.of(self.config, points, times, places, bones, dt)
         return self
 
+    @property
+    def bones(self) -> NDArray[np.float64]:
+        """Mean lengths of the demonstrated upper arms and forearms, (2,) [m]."""
+        return self._known().bones
+
+    @property
+    def clearances(self) -> Clearances:
+        """How far from the skeleton the demonstrations were, phase by phase."""
+        return self._known().clearances
+
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> Path:
         """A path for the situation of an arm.
 
@@ -175,15 +198,41 @@ class TransportPolicy:
         answer = known.carried.answer(landmarks, getattr(skeleton, self.config.feature))
         points, deviation = answer.points, answer.deviation
         if self.config.clearance:
-            points = within(points, skeleton, *known.distances)
-            points = beside(points, skeleton, known.hand, known.hand_clear)
+            points = known.clearances.kept(points, skeleton)
             # What is corrected was not known better than by the correction.
             corrected = np.sum((points - answer.points) ** 2, axis=1) / 3.0
             deviation = np.sqrt(deviation**2 + corrected)
-        # Beginning elsewhere moves what is near, as a landmark does.
-        distance = np.linalg.norm(points - points[0], axis=1) / (self.config.length * scale)
-        points = points + np.exp(-0.5 * distance**2)[:, None] * (begin - points[0])
-        return Answer(points, answer.times, deviation, answer.carried)
+        points = points + _at_the_elbow(skeleton, self.config, scale, len(points))
+        return Answer(self._begun(points, begin), answer.times, deviation, answer.carried)
+
+    def cleared(self, frames: Sequence[Frame], points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Any path (T, 3), kept as clear of an arm, phase by phase, as the demonstrations were.
+
+        It is moved, but begins where it did. A path that does not pass the elbow has no phases and
+        stays as it is.
+
+        Args:
+            frames: Of the shoulder and of the wrist.
+            points: In the robot's base frame [m].
+        """
+        known = self._known()
+        skeleton = Skeleton.of(frames, known.bones)
+        cut = skeleton.passed(points)
+        if cut is None:
+            return points
+        phased = by_length(points, 1.0, [cut], self.config.phases)  # its times are rows
+        moved = self._begun(known.clearances.kept(phased.points, skeleton), points[0])
+        offsets = moved - phased.points
+        rows = np.arange(len(points))
+        return points + np.column_stack([np.interp(rows, phased.times, o) for o in offsets.T])
+
+    def _begun(
+        self, points: NDArray[np.float64], begin: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """A path (N, 3) that begins elsewhere; it moves what is near, as a landmark does."""
+        reach = self.config.length * float(self._known().bones.sum())
+        distance = np.linalg.norm(points - points[0], axis=1) / reach
+        return points + np.exp(-0.5 * distance**2)[:, None] * (begin - points[0])
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[np.float64]]]:
         """Settings and arrays, see `dressing_sim.learning.storage`."""
@@ -224,12 +273,7 @@ class _Fitted:
     """Shoulder, elbow and wrist of each arm, (M, 3, 3) [m]."""
     bones: NDArray[np.float64]
     """Mean lengths of upper arm and forearm (2,) [m]."""
-    distances: NDArray[np.float64]
-    """Least and largest distance from the skeleton at each phase, (2, N) [m]."""
-    hand: Vector
-    """From the fingertips to the hand, (3,) [m]."""
-    hand_clear: NDArray[np.float64]
-    """Least distance of the hand from the skeleton at each phase, (N,) [m]."""
+    clearances: Clearances
     dt: float
 
     @classmethod
@@ -257,11 +301,8 @@ class _Fitted:
             config.slope_to_noise,
             config.curvature,
         )
-        found = np.stack([np.linalg.norm(s.outward(path), axis=1) for s, path in pairs])
-        bounds = np.stack([found.min(axis=0), found.max(axis=0)])
-        hand = config.hand * scale * UP
-        clear = np.min([np.linalg.norm(s.outward(p + hand), axis=1) for s, p in pairs], axis=0)
-        return cls(carried, places, bones, bounds, hand, clear, dt)
+        clearances = Clearances.of(skeletons, points, config.hand * scale * UP)
+        return cls(carried, places, bones, clearances, dt)
 
 
 def _by_phase(
@@ -269,15 +310,33 @@ def _by_phase(
 ) -> Phased:
     """A demonstration before and after it passes the elbow."""
     positions = np.asarray(demonstration.positions)[moving(demonstration.positions, _STILL)]
-    passed = (positions - skeleton.elbow) @ skeleton.forearm > 0.0
-    cut = int(np.argmax(passed))
-    if cut < 1 or cut > len(positions) - 2:
+    cut = skeleton.passed(positions)
+    if cut is None:
+        begun = "beyond" if (positions[0] - skeleton.elbow) @ skeleton.forearm > 0.0 else "before"
         raise InvalidInputError(
-            f"{name} does not pass the elbow: it begins "
-            f"{'beyond' if passed[0] else 'before'} it and ends there; valid is a whole dressing, "
-            "from the wrist to the shoulder"
+            f"{name} does not pass the elbow: it begins {begun} it and ends there; valid is a "
+            "whole dressing, from the wrist to the shoulder"
         )
     return by_length(positions, demonstration.dt, [cut], phases)
+
+
+def _at_the_elbow(
+    skeleton: Skeleton, config: TransportConfig, scale: float, phases: int
+) -> NDArray[np.float64]:
+    """What practice adds to a path, (N, 3) [m]: most at the elbow, nothing at the ends.
+
+    It grows with the bend, so that a straight arm, which has no side, is dressed as before.
+    """
+    upper_arm = skeleton.upper_arm
+    up = up_across(upper_arm)
+    across = np.cross(up, upper_arm)
+    offset = (
+        config.elbow_out * float(skeleton.forearm @ across) * across
+        + config.elbow_along * skeleton.bend * upper_arm
+        + config.elbow_up * skeleton.bend * up
+    )
+    phase = np.linspace(-1.0, 1.0, phases)
+    return np.asarray(scale * (1.0 - phase**2)[:, None] ** 3 * offset)
 
 
 def _landmarks(

@@ -19,10 +19,13 @@ COMMANDS = (
     "validate",
     "thresholds",
     "tune",
+    "practise",
+    "confidence",
     "demonstrate",
     "learn",
     "dress",
     "planar",
+    "view",
     "doctor",
 )
 
@@ -84,7 +87,7 @@ def test_every_command_has_help_with_an_example(command, capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert "example" in text
     assert f"dressing-sim {command}" in text.partition("example")[2]
-    assert "--json" in text
+    assert "--json" in text or command == "view"  # a page yields no numbers
 
 
 def test_the_help_names_every_command(capsys):

@@ -82,6 +82,36 @@ def test_unusable_arguments_are_errors(arguments, message):
         planar(**{**SHORT, **arguments})
 
 
+def test_several_sets_are_judged_and_written(capsys, tmp_path):
+    planar(sets=2, components=3, out=tmp_path / "out", json=True, **{**SHORT, "method": "all"})
+    result = json.loads(capsys.readouterr().out)
+    assert result == json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert result["settings"]["sets"] == 2
+    assert {row["verdict"] for row in result["claims"]} <= {"confirmed", "refuted", "undecided"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"summary.json", "table.md"}
+
+
+@needs_reference
+def test_recordings_are_left_out_one_by_one(capsys):
+    fourth = PLANAR_FILE.with_name("planar_fourth.npz")
+    planar(demos=PLANAR_FILE, validation=fourth, leave_one_out=True, json=True, **SHORT)
+    result = json.loads(capsys.readouterr().out)
+    assert result["settings"]["sets"] == 4
+    assert result["demonstrations"]["n"] == 4
+    assert result["initial"]["training"][3] == pytest.approx(2.1695696, abs=5e-6)
+    assert result["initial"]["validation"][3] == pytest.approx(2.32465, abs=5e-5)
+
+
+def test_options_that_do_not_go_together_are_errors(tmp_path):
+    file = tmp_path / "demos.npz"
+    with pytest.raises(InvalidInputError, match="--leave-one-out needs --demos"):
+        planar(leave_one_out=True, **SHORT)
+    with pytest.raises(InvalidInputError, match="--sets counts generated sets"):
+        planar(demos=file, sets=2, **SHORT)
+    with pytest.raises(InvalidInputError, match="sets is 0"):
+        planar(sets=0, **SHORT)
+
+
 def test_a_missing_file_is_one_line_and_exit_code_2(tmp_path):
     run = shell("--demos", str(tmp_path / "none.npz"))
     assert run.returncode == 2

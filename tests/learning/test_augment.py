@@ -101,6 +101,22 @@ def test_noise_keeps_the_situation_and_random_frames_do_not():
     assert not {c.demonstration.frames for c in rf.history} & expert_frames
 
 
+def test_copies_are_the_experts_themselves():
+    paths = {one.positions.tobytes() for one in map(_kept, EXPERTS)}
+    assert {c.demonstration.positions.tobytes() for c in run("copies").history} <= paths
+
+
+def _kept(expert):
+    return SyntheticDemonstration(expert.positions, expert.dt, expert.frames)
+
+
+def test_copies_gain_by_expectation_maximisation_going_on():
+    again = run("copies", max_iterations=1)
+    first = again.history[0]
+    policy = again.initial_policy.refit((*EXPERTS, first.demonstration))
+    assert first.cost == policy.cost(EXPERTS)
+
+
 def test_noise_is_added_to_what_the_random_frames_give():
     def roughness(result):
         paths = [c.demonstration.positions for c in result.history]

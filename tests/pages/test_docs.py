@@ -32,3 +32,11 @@ def test_a_measured_run_names_its_versions_but_no_machine(path):
     text = path.read_text(encoding="utf-8")
     assert json.loads(text)
     assert not re.search(r"/(home|root|tmp|work)/", text)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_that_are_named_exist(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    folders = "tests|scripts|examples|docs|benchmarks|assets"
+    for name in re.findall(rf"(?<![\w/.])((?:{folders}|dressing_sim)/[\w./*-]+\.\w+)", text):
+        assert list(ROOT.glob(name)), name

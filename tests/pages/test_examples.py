@@ -1,5 +1,6 @@
 """Every example runs, and says what it promises."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,12 +15,14 @@ SAYS = {
     "03_gymnasium.py": "the rewards add up to",
     "04_learn_by_trial.py": "6 episodes; the return went from",
     "05_a_recording.py": "played again: True",
+    "06_a_study_of_your_own.py": "friction 0.3: dressed 1 of 1",
 }
 
 #: So that they take seconds.
 BRIEFLY = {
     "04_learn_by_trial.py": ["--generations", "1", "--population", "4", "--out", "a.png"],
     "05_a_recording.py": ["--out", "a.csv", "--plot", "a.png"],
+    "06_a_study_of_your_own.py": ["--suite", "random:1", "--frictions", "0.3"],
 }
 
 #: More lines than this are no example.
@@ -42,5 +45,7 @@ def test_an_example_runs(example, tmp_path):
     assert wrote == {name for name in command if str(name).endswith((".png", ".csv"))}
 
 
-def test_there_are_examples():
+def test_there_are_examples_and_the_page_lists_them():
     assert {path.name for path in EXAMPLES} == set(SAYS)
+    page = (EXAMPLES[0].parents[1] / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert {f"../examples/{name}" for name in SAYS} <= set(re.findall(r"\]\((.*?)\)", page))

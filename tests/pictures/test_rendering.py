@@ -5,10 +5,8 @@ from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures import CAMERAS, rendering
 from dressing_sim.pictures.rendering import BACKENDS, INSTALL_HINT, OffscreenRenderer
-from dressing_sim.pictures.visuals import SKIN_INSET, add_visuals
-from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.panda import ARM_JOINTS
-from dressing_sim.world.scene import WorldConfig, build_spec
+from dressing_sim.world.scene import WorldConfig
 
 SIZE = {"width": 320, "height": 240}
 
@@ -40,7 +38,8 @@ def test_a_picture_shows_sleeve_skin_and_robot(renderer, world, camera):
     elsewhere = world.data.qpos.copy()
     elsewhere[[world.model.joint(name).qposadr[0] for name in ARM_JOINTS]] = 0.3
     robot = np.abs(renderer.draw(elsewhere, camera).astype(int) - picture).max(axis=2) > 30
-    assert robot.mean() > 0.05
+    # Over the person's shoulder, and of the whole room, it is farther away.
+    assert robot.mean() > (0.04 if camera in ("person", "room") else 0.05)
     grey = np.ptp(picture[robot].astype(int), axis=1) < 15
     assert (grey & (picture[robot].max(axis=1) > 150)).sum() > 200
     assert (grey & (picture[robot].max(axis=1) < 60)).sum() > 200
@@ -129,22 +128,3 @@ def test_a_backend_that_was_asked_for_is_named_when_it_does_not_work(monkeypatch
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
     with pytest.raises(DressingSimError, match=r"MUJOCO_GL=osmesa .*no such library.* unset it"):
         rendering.gl_backend.__wrapped__()
-
-
-def test_pictures_alone_have_a_thinner_arm(posture):
-    """Cloth sinks in by millimetres, where skin would give way; the robot may not look nearer."""
-    spec, _ = build_spec(posture, WorldConfig())
-    simulated = spec.compile()
-    add_visuals(spec)
-    drawn = spec.compile()
-    for link in LINKS:
-        radii = [
-            [
-                model.geom_size[geom, 0]
-                for geom in range(model.ngeom)
-                if model.body(model.geom_bodyid[geom]).name == link
-            ]
-            for model in (simulated, drawn)
-        ]
-        inset = np.subtract(*radii)
-        np.testing.assert_allclose(inset, SKIN_INSET if link in ARM_LINKS else 0.0)

@@ -1,19 +1,30 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import imageio.v2 as imageio
 import numpy as np
 import pytest
 
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.pictures import rendering
-from dressing_sim.pictures.video import FORMATS, Film, check_format
+from dressing_sim.pictures.encoding import FORMATS, check_format, gif_delays
+from dressing_sim.pictures.look import Look
+from dressing_sim.pictures.story import Story
+from dressing_sim.pictures.video import Film, Shot, write_stills, write_video
 from dressing_sim.world.scene import WorldConfig
 
 SIZE = {"width": 160, "height": 128}
 
 
 def fake_world(time):
-    return SimpleNamespace(time=time, data=SimpleNamespace(qpos=np.array([time])))
+    return SimpleNamespace(
+        time=time,
+        data=SimpleNamespace(qpos=np.array([time])),
+        cloth=np.zeros((1, 3)),
+        grip_load=np.zeros(3),
+        cloth_load=SimpleNamespace(net=np.zeros((5, 3))),
+    )
 
 
 @pytest.fixture
@@ -39,7 +50,7 @@ def test_a_film_keeps_states_that_change_later():
     film, world = Film(), fake_world(1.0)
     film.expose(world)
     world.data.qpos[:] = 5.0
-    np.testing.assert_array_equal(film._states[0], [1.0])
+    np.testing.assert_array_equal(film.moments[0].qpos, [1.0])
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
@@ -89,7 +100,7 @@ def test_a_film_without_a_picture_is_not_written(opengl, posture, tmp_path):
 
 
 def test_a_film_that_fails_half_way_leaves_nothing(opengl, film, posture, tmp_path):
-    film._states[-1] = np.zeros(3)  # of some other model
+    film.moments[-1] = replace(film.moments[-1], qpos=np.zeros(3))  # of some other model
     with pytest.raises(ValueError, match="shape"):
         film.write(tmp_path / "film.mp4", posture, WorldConfig(), **SIZE)
     assert list(tmp_path.iterdir()) == []
@@ -105,3 +116,36 @@ def test_without_opengl_nothing_is_written(film, posture, tmp_path, monkeypatch)
     with pytest.raises(DressingSimError, match="OpenGL"):
         film.write(folder / "film.mp4", posture, WorldConfig())
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("fps", [7, 10, 25, 30, 50, 60, 100])
+def test_a_gif_plays_in_real_time(fps):
+    delays = gif_delays(3 * fps, fps)
+    assert sum(delays) == 300
+    assert min(delay for delay in delays if delay) >= 2  # less, and browsers show it for ten
+    shown = sum(delay > 0 for delay in delays)
+    assert shown == 3 * fps if fps <= 50 else shown > 100
+
+
+def test_two_episodes_side_by_side_with_all_there_is_to_tell(opengl, film, posture, tmp_path):
+    failed = Outcome(False, (Failure("strain", "too much", 0.1),))
+    path = np.linspace(posture.wrist, posture.shoulder, 20)
+    story = Story("a policy", failed, path, (path + 0.1,))
+    short = Film(25)
+    short.moments = film.moments[:2]
+    config = WorldConfig()
+    shots = [Shot(film, posture, config, story), Shot(short, posture, config, Story("other"))]
+    look = Look("auto", 160, 128, ("frames", "path", "demonstrations", "strain", "forces"), True)
+    write_video(tmp_path / "film.mp4", shots, look)
+    pictures = [np.asarray(p) for p in imageio.get_reader(tmp_path / "film.mp4")]
+    assert len(pictures) == len(film)
+    assert pictures[0].shape == (128, 320, 3)
+    write_stills(tmp_path / "still.png", shots, look, at=0.1)
+    assert imageio.imread(tmp_path / "still.png").shape == (256, 160, 3)
+
+
+def test_what_is_known_of_the_verdict_is_told_when_it_is_known():
+    story = Story("t", Outcome(False, (Failure("strain", "too much", 3.0),)))
+    assert [story.verdict(t, 8.0) for t in (1.0, 3.0, 7.9)] == ["", "strain", "failure: strain"]
+    assert Story("t", Outcome(True)).verdict(8.0, 8.0) == "success"
+    assert Story("t", Outcome(False, invalid="broke")).verdict(8.0, 8.0) == "broke"

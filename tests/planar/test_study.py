@@ -27,7 +27,7 @@ def test_every_method_and_selection_is_there(study):
     assert {(row["selection"], row["method"]) for row in result["rows"]} == {
         (selection, method)
         for selection in ("original", "generalisation")
-        for method in ("noise", "rf", "rf+noise")
+        for method in ("noise", "rf", "rf+noise", "copies")
     }
     for row in result["rows"]:
         assert row["runs"] == 2

@@ -216,6 +216,8 @@ def test_summaries_hold_the_hyper_parameters_in_the_order_they_always_had():
         "shrinkage",
         "end_radius",
         "free_axes",
+        "aligned",
+        "clearance",
         "situations",
         "angle_margin_deg",
         "translation_margin",

@@ -9,7 +9,7 @@ from dressing_sim.learning import Frame, SyntheticDemonstration, dtw_distance, r
 from dressing_sim.policies.files import load_policy, save_policy
 from dressing_sim.policies.registry import make_policy
 from dressing_sim.policies.skeleton import Skeleton
-from dressing_sim.policies.transported import TransportConfig, TransportPolicy
+from dressing_sim.policies.transported import ELBOW_OFFSETS, TransportConfig, TransportPolicy
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import WorldConfig, grip_start
 
@@ -111,6 +111,35 @@ def test_a_turn_about_the_vertical_and_a_shift_move_the_answer_along(learned):
         np.testing.assert_allclose(there.times, here.times, rtol=1e-6)
 
 
+def test_practised_offsets_move_the_path_where_it_passes_a_bent_elbow():
+    straight = Posture("straight", 70.0, 20.0, 30.0, 0.0)
+    plain, _ = fitted()
+    for name in ELBOW_OFFSETS:
+        moved, _ = fitted(config=TransportConfig(**{name: 0.1}))
+        for posture in VALIDATION[:4]:
+            here, there = (p.answer(posture.frames(), begin(posture)) for p in (plain, moved))
+            skeleton = Skeleton.of(posture.frames())
+            scale = float(plain._known().bones.sum())
+            offset = np.linalg.norm(there.points - here.points, axis=1)
+            bend = skeleton.sideways if name == "elbow_out" else skeleton.bend
+            assert offset.max() == pytest.approx(0.1 * scale * bend, rel=0.01)
+            assert abs(int(offset.argmax()) - len(offset) // 2) <= 1
+            np.testing.assert_allclose(offset[[0, -1]], 0.0, atol=1e-12)
+            np.testing.assert_array_equal(there.times, here.times)
+        one, other = (p.answer(straight.frames(), begin(straight)).points for p in (plain, moved))
+        np.testing.assert_allclose(one, other, atol=1e-6)
+
+
+def test_offsets_turn_with_the_arm():
+    policy, _ = fitted(config=TransportConfig(elbow_out=0.1, elbow_along=-0.1, elbow_up=0.05))
+    turn, shift = rotation([0.0, 0.0, 1.1]), np.array([0.2, -0.1, 0.3])
+    posture = VALIDATION[1]
+    moved = [Frame(turn @ frame.A, turn @ frame.b + shift) for frame in posture.frames()]
+    here = policy.answer(posture.frames(), begin(posture)).points
+    there = policy.answer(moved, turn @ begin(posture) + shift).points
+    np.testing.assert_allclose(there, here @ turn.T + shift, atol=1e-6)
+
+
 def test_the_unit_of_length_does_not_matter():
     _, shown = fitted()
     posture = VALIDATION[0]
@@ -210,6 +239,7 @@ def test_an_unfitted_policy_and_half_a_dressing_are_refused():
         ("phases", 0),
         ("dip", np.nan),
         ("feature", "x"),
+        ("elbow_up", 1.5),
     ],
 )
 def test_hyperparameters_that_mean_nothing_are_refused(name, value):

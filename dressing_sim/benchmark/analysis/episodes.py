@@ -99,9 +99,15 @@ class EpisodeTable:
         return np.array([success is not None for success in self.successes], dtype=np.bool_)
 
     @cached_property
+    def abstained(self) -> NDArray[np.bool_]:
+        """Whether the policy chose not to try, shape (n,)."""
+        return np.array([r.outcome.abstained is not None for r in self.results], dtype=np.bool_)
+
+    @cached_property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether the episode counts and is no success, shape (n,)."""
-        return np.array([success is False for success in self.successes], dtype=np.bool_)
+        """Whether the episode was tried, counts and is no success, shape (n,)."""
+        missed = [success is False for success in self.successes]
+        return np.array(missed, dtype=np.bool_) & ~self.abstained
 
     def where(self, chosen: ArrayLike) -> EpisodeTable:
         """The episodes for which a mask of shape (n,) is true, in the same order."""

@@ -36,13 +36,15 @@ def hardest(episodes: EpisodeTable, most: int = 6) -> list[HardPosture]:
     found = [
         HardPosture(group.where(group.failed).results, len(group))
         for group in valid.by_posture.values()
-        if group.rate.n_failed
+        if group.failed.any()
     ]
     return sorted(found, key=lambda hard: -len(hard.failed) / hard.n_episodes)[:most]
 
 
 def verdict(outcome: Outcome) -> str:
-    """A verdict in words: success, all that went wrong, or why it is void."""
+    """A verdict in words: success, all that went wrong, abstained, or why it is void."""
     if outcome.invalid is not None:
         return f"void: {outcome.invalid}"
+    if outcome.abstained is not None:
+        return "abstained"
     return "success" if outcome.success else ", ".join(outcome.reasons)

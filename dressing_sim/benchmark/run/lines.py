@@ -66,4 +66,5 @@ def parse_outcome(values: Mapping[str, Any]) -> Outcome:
         failures=tuple(Failure(**failure) for failure in values["failures"]),
         metrics=values["figures"],
         invalid=values["void"],
+        abstained=values.get("abstained"),
     )

@@ -30,7 +30,7 @@ from dressing_sim.episode.record import DemonstrationFailed, demonstrate, record
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import Observer
 from dressing_sim.episode.rules import UNANSWERED
-from dressing_sim.errors import DressingSimError, PolicyError
+from dressing_sim.errors import Abstained, DressingSimError, PolicyError
 from dressing_sim.learning import Policy
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.policies.hosted import Unfit, hosted_policy
@@ -104,9 +104,11 @@ def record_answer(
     config: EpisodeConfig,
     observer: Observer | None = None,
 ) -> Recording:
-    """As `record`; a policy that gives no answer has failed."""
+    """As `record`; a policy that gives no answer has failed, or abstained."""
     try:
         return record(source, posture, seed, config, observer)
+    except Abstained as error:
+        return Recording(Outcome(False, abstained=str(error)), None, None, np.empty((0, 3)))
     except PolicyError as error:
         outcome = Outcome(False, (UNANSWERED.unanswered(str(error)),))
         return Recording(outcome, None, None, np.empty((0, 3)))
@@ -223,17 +225,20 @@ def learned_sources(
 
 def learned_source(folder: RunFolder, job: Job, work: Work | None = None) -> Policy:
     """What dresses in a job of a run: the operator, or the policy as it was, learned again."""
-    suite, number = job.entry.demonstrations, job.demonstration_set
-    if suite is None:
+    if job.entry.demonstrations is None:
         return hosted_policy(job.entry.policy)
-    demonstrations = (
-        load_demonstrations(folder.own_file(suite))
-        if suite in folder.plan.own
-        else [folder.load_demonstration(p, number) for p in folder.plan.demonstrated[suite]]
-    )
-    seed = fitting_seed(folder.plan.seed, job.entry, number)
+    seed = fitting_seed(folder.plan.seed, job.entry, job.demonstration_set)
     limits, fit = folder.plan.policy_limits, (work or Work()).fit
+    demonstrations = learned_from(folder, job.entry.demonstrations, job.demonstration_set)
     return fit(job.entry.policy, seed, demonstrations, limits, folder.policy_log)
+
+
+def learned_from(folder: RunFolder, suite: str, demonstration_set: int) -> list[Demonstration]:
+    """Demonstrations of a run, by the name that its rows use and their set."""
+    if suite in folder.plan.own:
+        return load_demonstrations(folder.own_file(suite))
+    postures = folder.plan.demonstrated[suite]
+    return [folder.load_demonstration(posture, demonstration_set) for posture in postures]
 
 
 def _value(future: Future[T], doing: str) -> T:

@@ -23,6 +23,8 @@ STUDIES: dict[str, Callable[[], object]] = {
     "thresholds": _maker(f"{__name__}.thresholds:ThresholdStudy"),
     "agreement": _maker(f"{__name__}.agreement:Agreement"),
     "convergence": _maker(f"{__name__}.convergence:Convergence"),
+    "confidence": _maker(f"{__name__}.confidence:Confidence"),
+    "search": _maker(f"{__name__}.search:SearchStudy"),
     "tuning": _maker(f"{__name__}.tuning:Tuning"),
 }
 

@@ -47,6 +47,7 @@ class EvaluationRow:
         pc_success_ci95: Its 95 % Wilson interval [%].
         failures: Episodes by what went wrong in them.
         n_void: Invalid episodes, which count neither way.
+        n_abstained: Episodes that the policy did not try, which count as no success.
     """
 
     policy: str
@@ -58,11 +59,16 @@ class EvaluationRow:
     pc_success_ci95: tuple[float, float]
     failures: Mapping[str, int]
     n_void: int
+    n_abstained: int = 0
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> EvaluationRow:
         """A row of ``summary.json``."""
-        values: dict[str, Any] = {one.name: row[one.name] for one in fields(cls)}
+        values: dict[str, Any] = {
+            one.name: row[one.name]
+            for one in fields(cls)
+            if one.name in row or one.name != "n_abstained"  # told of those that do abstain
+        }
         lists = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
         return cls(**{**values, **lists})
 

@@ -3,28 +3,25 @@
 Trials are a Sobol design over a policy's open hyper-parameters, the first one the policy as it is.
 All dress the first postures of the validation suite; the better quarter of them dresses more, and
 the best few of those all of it. Never is a test suite used.
-
-A rung of the ladder is an ordinary run, with its folder; it goes on where it was cut short.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
-from dressing_sim.benchmark.run.executors import Workers
-from dressing_sim.benchmark.run.plan import Plan, make_plan
-from dressing_sim.benchmark.run.progress import Progress, silent
-from dressing_sim.benchmark.studies.study import run_study
-from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.benchmark.report.document import Document
+from dressing_sim.benchmark.run.plan import Job, Plan, make_plan
+from dressing_sim.benchmark.run.store import RunFolder
+from dressing_sim.benchmark.studies.search_document import search_document
+from dressing_sim.benchmark.studies.study import EpisodeStudy, Summary
 from dressing_sim.checks import whole_number
-from dressing_sim.config import to_plain
+from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.search_spaces import named, space_of
@@ -50,6 +47,9 @@ class Search:
         seed: Of the design, and of the operator's variability.
         cases: What each trial learns from; its score is the mean over these.
         postures: How many of the suite's postures each rung dresses, ever more.
+
+    Raises:
+        InvalidInputError: Nothing is tried, or postures that do not rise.
     """
 
     policy: str
@@ -63,6 +63,11 @@ class Search:
         if list(self.postures) != sorted(set(self.postures)) or not self.postures:
             raise InvalidInputError(f"postures are {self.postures}, valid are ever more")
 
+    @classmethod
+    def of(cls, plan: Plan) -> Search:
+        """The inverse of `plan`."""
+        return from_plain(cls, {**plan.options, "seed": plan.seed})
+
     def names(self) -> list[str]:
         """The policies that are tried, by their names; the first is the policy as it is."""
         space = space_of(self.policy)
@@ -70,12 +75,17 @@ class Search:
         shares = design.random(1 << (self.trials - 1).bit_length())[: self.trials - 1]
         return [self.policy, *(named(self.policy, space, row) for row in shares)]
 
-    def plan(self, names: Sequence[str], rung: int) -> Plan:
-        """The run of a rung: the postures that the rungs before have not dressed."""
-        entries = tuple(Entry(name, case) for name in names for case in self.cases)
-        plan = make_plan(Protocol(f"search-{self.policy}-{rung}", SUITE, entries), self.seed)
-        before = self.postures[rung - 1] if rung else 0
-        return replace(plan, tested=plan.tested[before : self.postures[rung]])
+    def plan(self) -> Plan:
+        """Every trial on every posture, of which rungs leave most out.
+
+        Raises:
+            InvalidInputError: The policy has no ranges to search in.
+        """
+        entries = tuple(Entry(name, case) for name in self.names() for case in self.cases)
+        protocol = Protocol(f"search-{self.policy}", SUITE, entries, study="search")
+        options = {name: value for name, value in to_plain(self).items() if name != "seed"}
+        plan = make_plan(protocol, self.seed, options=options)
+        return replace(plan, tested=plan.tested[: self.postures[-1]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,59 +107,101 @@ class Trial:
     score: float
 
 
-def search(
-    what: Search,
-    workers: Workers,
-    out: Path,
-    resume: bool = False,
-    force: bool = False,
-    progress: Progress = silent,
-    study: Success | None = None,
-) -> dict[str, Any]:
-    """Carry a search out.
+@dataclass(frozen=True)
+class Ladder:
+    """Where the trials of a search stand.
 
-    Args:
-        what: What is searched for.
-        workers: Where episodes run.
-        out: Folder; each rung has a run's folder in it.
-        resume: Continue the rungs that are there.
-        force: Begin anew whatever the rungs' folders hold.
-        progress: Told after each episode.
-        study: What a rung measures; success unless given.
-
-    Returns:
-        ``{"policy", "chosen", "trials", "best_so_far", "n_episodes", "search", "versions"}``:
-        the name of the best of those that dressed all postures, every trial with its score, the
-        best score of the first n trials in the rung that all of them are in.
+    Attributes:
+        rungs: Those that are in each rung with what is known of them then, the best first.
     """
-    study = study or Success()
-    names, first = what.names(), [0.0]
-    results: list[EpisodeResult] = []
-    trials: dict[str, Trial] = {}
-    for rung in range(len(what.postures)):
-        plan = what.plan(names, rung)
-        where = out / str(rung)
-        run = run_study(study, plan, workers, where, resume=resume, force=force, progress=progress)
-        results += run.results
-        trials |= {name: trial_of(name, rung, results) for name in names}
-        if rung == 0:
-            first = [trials[name].score for name in names]
-        names = best(names, trials, max(1, round(GOES_ON * len(names))))
-    best_so_far = np.maximum.accumulate(first)
-    return {
-        "policy": what.policy,
-        "chosen": names[0],
-        "trials": list(map(asdict, trials.values())),
-        "best_so_far": best_so_far.tolist(),
-        "n_episodes": len(results),
-        "search": to_plain(what),
-        "versions": versions(),
-    }
+
+    rungs: tuple[tuple[Trial, ...], ...]
+
+    @classmethod
+    def of(cls, plan: Plan, results: Sequence[EpisodeResult]) -> Ladder:
+        """The rungs whose episodes are among the results, in whatever order these are."""
+        what, n = Search.of(plan), len(plan.tested)
+        inside: list[list[EpisodeResult]] = [[] for _ in what.postures]
+        for result in sorted(results, key=lambda result: result.index):
+            inside[int(np.searchsorted(what.postures, result.index % n, side="right"))] += [result]
+        names, rungs = list(dict.fromkeys(e.policy for e in plan.protocol.entries)), []
+        for rung in range(sum(map(bool, inside))):
+            known = [result for part in inside[: rung + 1] for result in part]
+            trials = {name: trial_of(name, rung, known) for name in names}
+            ranked = best(trials.values())
+            rungs.append(tuple(ranked))
+            names = _going_on(ranked)
+        return cls(tuple(rungs))
+
+    @property
+    def go_on(self) -> list[str]:
+        """Who goes on to the next rung, by their names."""
+        return _going_on(self.rungs[-1])
 
 
-def best(names: Sequence[str], trials: Mapping[str, Trial], n: int) -> list[str]:
-    """The best n trials, best first; of equals those tried first."""
-    return sorted(names, key=lambda name: -trials[name].score)[:n]
+@dataclass(frozen=True)
+class SearchStudy(EpisodeStudy):
+    """A search: each rung dresses the postures that the rungs before have not."""
+
+    def jobs(self, plan: Plan) -> Sequence[Job]:
+        """All trials on the first postures."""
+        return _rung(plan, {entry.policy for entry in plan.protocol.entries}, 0)
+
+    def more(self, plan: Plan, results: Sequence[EpisodeResult]) -> Sequence[Job]:
+        """The best trials on more postures."""
+        ladder = Ladder.of(plan, results)
+        return _rung(plan, set(ladder.go_on), len(ladder.rungs))
+
+    def summarise(self, folder: RunFolder, results: Sequence[EpisodeResult]) -> dict[str, Any]:
+        """What was found.
+
+        Returns:
+            ``{"policy", "chosen", "trials", "best_so_far", "n_episodes", "search", "versions"}``:
+            the name of the best of those that dressed all postures, every trial with its score,
+            the best score of the first n trials in the rung that all of them are in.
+        """
+        what, ladder = Search.of(folder.plan), Ladder.of(folder.plan, results)
+        known = {trial.policy: trial for rung in ladder.rungs for trial in rung}
+        first = {trial.policy: trial.score for trial in ladder.rungs[0]}
+        names = list(dict.fromkeys(entry.policy for entry in folder.plan.protocol.entries))
+        best_so_far = np.maximum.accumulate([0.0, *(first[name] for name in names)])[1:]
+        return {
+            "policy": what.policy,
+            "chosen": ladder.rungs[-1][0].policy,
+            "trials": [asdict(known[name]) for name in names],
+            "best_so_far": best_so_far.tolist(),
+            "n_episodes": len(results),
+            "search": to_plain(what),
+            "versions": versions(),
+        }
+
+    def document(
+        self, folder: RunFolder, results: Sequence[EpisodeResult], summary: Summary, command: str
+    ) -> Document:
+        """The best trials, and the curve of the best so far."""
+        return search_document(summary, command)
+
+
+def _rung(plan: Plan, names: Set[str], rung: int) -> list[Job]:
+    """The jobs of a rung; none beyond the last."""
+    postures = Search.of(plan).postures
+    if rung == len(postures):
+        return []
+    columns = range(postures[rung - 1] if rung else 0, postures[rung])
+    return [
+        job
+        for job in plan.jobs
+        if job.entry.policy in names and job.index % len(plan.tested) in columns
+    ]
+
+
+def _going_on(ranked: Sequence[Trial]) -> list[str]:
+    return [trial.policy for trial in ranked[: max(1, round(GOES_ON * len(ranked)))]]
+
+
+def best(trials: Iterable[Trial]) -> list[Trial]:
+    """Trials, the best first; of equals those tried first."""
+    return sorted(trials, key=lambda trial: -trial.score)
 
 
 def trial_of(policy: str, rung: int, results: Sequence[EpisodeResult]) -> Trial:
@@ -168,6 +220,12 @@ def score(result: EpisodeResult) -> float:
     """
     margin = min(_margins(result), default=-1.0)
     return 0.5 * result.outcome.success + 0.25 * (1.0 + float(np.clip(margin, -1.0, 1.0)))
+
+
+def smallest_margin(result: EpisodeResult) -> float:
+    """The smallest margin of an episode, -1 to 1; it failed by something else than these: -1."""
+    margin = float(np.clip(min(_margins(result), default=-1.0), -1.0, 1.0))
+    return margin if result.outcome.success or margin < 0.0 else -1.0
 
 
 def _margins(result: EpisodeResult) -> Iterator[float]:

@@ -81,6 +81,15 @@ class Study(ABC, Generic[JobT, ResultT]):
     def jobs(self, plan: Plan) -> Sequence[JobT]:
         """All that is to be done, by index."""
 
+    def more(self, plan: Plan, results: Sequence[ResultT]) -> Sequence[JobT]:
+        """What is to be done besides, by index; nothing where results decide nothing.
+
+        Args:
+            plan: Of the run.
+            results: Of all jobs so far, in the order of `jobs` and of what this has added.
+        """
+        return ()
+
     @abstractmethod
     def calls(
         self, folder: OpenRun, jobs: Sequence[JobT], workers: Workers, progress: Progress
@@ -273,12 +282,31 @@ def run_jobs(
     study: Study[JobT, ResultT], folder: OpenRun, workers: Workers, progress: Progress = silent
 ) -> list[ResultT]:
     """Do what is not yet on disk; one result a job is returned, in the order of the jobs."""
+    jobs, results = list(study.jobs(folder.plan)), list[ResultT]()
+    while len(results) < len(jobs):
+        wanted = jobs[len(results) :]
+        missing = [job for job in wanted if job.index not in folder.finished]
+        _do(study, folder, missing, jobs, workers, progress)
+        results += [study.parse(folder.plan, folder.line(job.index)) for job in wanted]
+        jobs += study.more(folder.plan, results)
+    folder.sort()
+    return read_results(study, folder)
+
+
+def _do(
+    study: Study[JobT, ResultT],
+    folder: OpenRun,
+    missing: Sequence[JobT],
+    known: Sequence[JobT],
+    workers: Workers,
+    progress: Progress,
+) -> None:
+    """Do the missing ones of all jobs that are known so far; the others are on disk."""
     plan = folder.plan
-    jobs = study.jobs(plan)
-    missing = [job for job in jobs if job.index not in folder.finished]
     function, calls = study.calls(folder, missing, workers, progress)
-    results = read_results(study, folder)
-    progress(study.stage, len(results), len(jobs), study.note(results))
+    done = [job.index for job in known if job.index in folder.finished]
+    results = [study.parse(plan, folder.line(index)) for index in done]
+    progress(study.stage, len(results), len(known), study.note(results))
     for job, future in completed(workers, function, calls):
         try:
             result = future.result()
@@ -286,9 +314,7 @@ def run_jobs(
             result = study.lost(plan, job, str(death))
         line = folder.append(study.values(plan, result))
         results.append(study.parse(plan, line))
-        progress(study.stage, len(results), len(jobs), study.note(results))
-    folder.sort()
-    return read_results(study, folder)
+        progress(study.stage, len(results), len(known), study.note(results))
 
 
 def read_results(study: Study[JobT, ResultT], folder: RunFolder) -> list[ResultT]:

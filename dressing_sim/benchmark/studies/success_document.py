@@ -34,6 +34,7 @@ from dressing_sim.benchmark.studies.success_changes import (
     Change,
     side_by_side,
 )
+from dressing_sim.benchmark.studies.success_map import failure_map
 from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
 
@@ -99,6 +100,10 @@ def success_document(
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
         Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
+        Section(
+            "Where the arm was dressed, and where not",
+            tuple(filter(None, [failure_map(protocol, episodes)])),
+        ),
         Section(
             "Success against friction",
             tuple(filter(None, [plots.friction_plot(protocol, episodes)])),

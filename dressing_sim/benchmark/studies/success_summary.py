@@ -23,8 +23,11 @@ def summarise(
 ) -> dict[str, Any]:
     """Success rates by row, with Wilson intervals, and what they say of the paper's claims.
 
-    Void episodes count neither way. With several demonstration sets, a row that learned also has
-    its rates by set, ``"sets": [{"demonstration_set", "n_episodes", "n_success", "pc_success"}]``,
+    Void episodes count neither way; those in which a policy abstained count as no success, and a
+    row that has some also has ``n_abstained`` and, of the others, ``n_attempted``,
+    ``pc_success_attempted`` and ``pc_success_attempted_ci95``. With several demonstration sets, a
+    row that learned also has its rates by set,
+    ``"sets": [{"demonstration_set", "n_episodes", "n_success", "pc_success"}]``,
     and ``pc_success_ci95_sets``, see `rate_interval_over_sets`.
 
     Returns:
@@ -70,7 +73,20 @@ def _row(entry: Entry, episodes: EpisodeTable, sets: Sequence[int]) -> dict[str,
         over_sets = rate_interval_over_sets(episodes.row, _generator())
         if over_sets is not None:
             row["pc_success_ci95_sets"] = [100.0 * bound for bound in over_sets]
+    if episodes.abstained.any():
+        row |= _attempted(episodes)
     return {**row, "inputs": entry.inputs}
+
+
+def _attempted(episodes: EpisodeTable) -> dict[str, Any]:
+    """Of a row whose policy abstained: the rate of those that it tried, besides that of all."""
+    tried = episodes.where(~episodes.abstained).rate
+    return {
+        "n_abstained": int(episodes.abstained.sum()),
+        "n_attempted": tried.n,
+        "pc_success_attempted": tried.percent,
+        "pc_success_attempted_ci95": list(tried.interval),
+    }
 
 
 def _numbers(rate: Rate) -> dict[str, Any]:

@@ -43,6 +43,7 @@ _ROWS: list[Column[Summary]] = [
     ("rate", lambda row: percent(row["pc_success"])),
     ("95 % interval", lambda row: between(row["pc_success_ci95"])),
     ("over sets", lambda row: between(row.get("pc_success_ci95_sets"))),
+    ("abstained", lambda row: _abstained(row)),
     ("what went wrong", lambda row: _wrong(row["failures"], row["n_void"])),
 ]
 
@@ -118,6 +119,15 @@ def _wrong(reasons: Mapping[str, int], n_void: int) -> str:
     return ", ".join(filter(None, [counted(reasons), void])) or "-"
 
 
+def _abstained(row: Summary) -> str:
+    """How often, and the rate of the others; the row's own rate is of all."""
+    if "n_abstained" not in row:
+        return "-"
+    interval = between(row["pc_success_attempted_ci95"])
+    rate = percent(row["pc_success_attempted"])
+    return f"{row['n_abstained']}; of {row['n_attempted']} attempted {rate} ({interval})"
+
+
 def _success(row: Summary) -> str:
     return f"{row['n_success']} / {row['n_episodes']}"
 
@@ -138,7 +148,7 @@ def table(summary: Summary) -> Cells:
     learned = [row for row in summary["rows"] if row["demonstrations"] is not None]
     if any(row.get("inputs", "frames") != "frames" for row in learned):
         columns.insert(2, ("inputs", lambda row: row["inputs"]))
-    return tabulate(summary["rows"], columns, optional=("varied", "over sets"))
+    return tabulate(summary["rows"], columns, optional=("varied", "over sets", "abstained"))
 
 
 def printed_rate(row: Summary) -> Rate | None:

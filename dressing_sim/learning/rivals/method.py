@@ -20,11 +20,15 @@ from dressing_sim.learning.demonstrations import (
 )
 from dressing_sim.learning.endpoint import Endpoint
 from dressing_sim.learning.frame import FloatArray, Frame, situation
+from dressing_sim.learning.motion import minimum_jerk
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.learning.registration import at_times, moving
 
 #: A path stands still while it is within this fraction of its length of an end.
 _STILL = 2e-3
+
+#: Over this share of a path the offset of its start fades away.
+_BLEND = 0.25
 
 #: What moves a method's answer along when the whole scene is moved: turns about the vertical and
 #: shifts, shifts alone, or nothing.
@@ -142,6 +146,17 @@ def library(name: str) -> Any:
         InvalidInputError: It is not installed.
     """
     return needed(name, "rivals")
+
+
+def begun_at(start: FloatArray, path: FloatArray, phase: FloatArray) -> FloatArray:
+    """A path (N, p) over phase (N,) bent to begin at a start (p,).
+
+    What it misses fades by a minimum-jerk blend over the first quarter, as in ``TimeTPGMM``.
+    """
+    fade = 1.0 - minimum_jerk(phase / _BLEND)
+    bent = path + fade[:, None] * (start - path[0])
+    bent[0] = start
+    return bent
 
 
 def resampled(path: FloatArray, samples: int) -> FloatArray:

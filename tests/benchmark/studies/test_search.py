@@ -7,9 +7,9 @@ from fake_benchmark import FakePolicy, Threads, steady_demonstrate
 from dressing_sim.benchmark.records import Entry, EpisodeResult
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.run.runner import Work
-from dressing_sim.benchmark.studies.search import Search, Trial, best, score, search
-from dressing_sim.benchmark.studies.search_document import search_document
-from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.benchmark.studies import STUDIES
+from dressing_sim.benchmark.studies.search import Search, SearchStudy, Trial, best, score
+from dressing_sim.benchmark.studies.study import run_study
 from dressing_sim.cli import main
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.thresholds import Thresholds
@@ -58,8 +58,8 @@ def dress(source, job, config, observer=None):
 def found(tmp_path_factory):
     what = Search("tp-gmm", trials=20, postures=(2, 3, 5))
     workers, out = Threads(2), tmp_path_factory.mktemp("search")
-    study = Success(Work(steady_demonstrate, fit, dress))
-    return what, search(what, workers, out, study=study), out, study
+    study = SearchStudy(Work(steady_demonstrate, fit, dress))
+    return what, run_study(study, what.plan(), workers, out), out
 
 
 @pytest.mark.parametrize("policy", SPACES)
@@ -92,37 +92,93 @@ def test_shares_are_even_in_their_scale():
 
 
 def test_the_better_quarter_goes_on_and_the_best_is_chosen(found):
-    what, told, _, _ = found
-    trials = told["trials"]
+    what, done, _ = found
+    told, trials = done.summary, done.summary["trials"]
+    assert [t["policy"] for t in trials] == what.names()
     assert [sum(t["rung"] >= rung for t in trials) for rung in range(3)] == [20, 5, 1]
     assert told["chosen"] == min(what.names(), key=pull_of)
     assert {t["n_episodes"] for t in trials if t["rung"] == 2} == {2 * 5}
-    assert told["n_episodes"] == 2 * (20 * 2 + 5 * 1 + 1 * 2)
+    assert told["n_episodes"] == len(done.results) == 2 * (20 * 2 + 5 * 1 + 1 * 2)
     assert told["best_so_far"] == sorted(told["best_so_far"])
     assert len(told["best_so_far"]) == 20
     first = score(episode(outcome(0.8)))
     assert told["best_so_far"][0] == pytest.approx(first)
+    assert told["search"] == {
+        "policy": "tp-gmm",
+        "trials": 20,
+        "seed": 0,
+        "cases": ["case_a", "case_b"],
+        "postures": [2, 3, 5],
+    }
 
 
 def test_a_rung_dresses_what_the_rungs_before_have_not(found):
-    what, *_ = found
-    tested = [what.plan(["tp-gmm"], rung).tested for rung in range(3)]
-    assert [arm for rung in tested for arm in rung] == load_suite("val50")[:5]
+    what, done, _ = found
+    plan = what.plan()
+    assert list(plan.tested) == load_suite("val50")[:5]
+    assert Search.of(plan) == what
+    dressed = {}
+    for result in done.results:
+        dressed.setdefault(result.entry, []).append(result.posture)
+    rungs = {t["policy"]: t["rung"] for t in done.summary["trials"]}
+    for entry, postures in dressed.items():
+        assert postures == list(plan.tested[: what.postures[rungs[entry.policy]]])
+
+
+def test_a_search_does_not_depend_on_when_it_was_cut_short(tmp_path):
+    what, left = Search("tp-gmm", trials=8, postures=(1, 2)), [0]
+
+    class Stop(Exception):
+        pass
+
+    def some(*arguments):
+        left[0] -= 1
+        if left[0] < 0:
+            raise Stop
+        return dress(*arguments)
+
+    def run(n, folder, resume=False):
+        left[0] = n
+        study = SearchStudy(Work(steady_demonstrate, fit, some))
+        return run_study(study, what.plan(), Threads(1), tmp_path / folder, resume=resume)
+
+    whole = run(20, "whole")
+    assert len(whole.results) == 2 * (8 + 2)
+    for n, resume in ((10, False), (6, True), (1, True)):  # in a rung, between two, in the next
+        with pytest.raises(Stop):
+            run(n, "parts", resume)
+    parts = run(20, "parts", True)
+    assert parts.results == whole.results
+    assert parts.summary == whole.summary
 
 
 def test_a_finished_search_goes_on_without_dressing_again(found):
-    what, told, out, _study = found
+    what, done, out = found
 
     def never(*_):
         raise AssertionError("dressed again")
 
-    again = Success(Work(steady_demonstrate, fit, never))
-    assert search(what, Threads(1), out, resume=True, study=again) == told
+    again = SearchStudy(Work(steady_demonstrate, fit, never))
+    assert run_study(again, what.plan(), Threads(1), out, resume=True).summary == done.summary
+
+
+def test_the_command_says_how_an_interrupted_search_goes_on(tmp_path, monkeypatch, capsys):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(STUDIES, "search", lambda: SearchStudy(Work(interrupt, fit, dress)))
+    monkeypatch.setattr("dressing_sim.commands.studies.Processes", Threads)
+    monkeypatch.setattr("sys.argv", ["dressing-sim", "tune", "tp-gmm", "--trials", "2"])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main(["tune", "tp-gmm", "--trials", "2", "--workers", "1"])
+    assert stopped.value.code == 130
+    assert "to continue: dressing-sim tune tp-gmm --trials 2 --resume" in capsys.readouterr().err
 
 
 def test_the_report_names_what_was_chosen(found):
-    text = markdown(search_document(found[1], "dressing-sim tune tp-gmm"))
-    assert found[1]["chosen"] in text
+    text = markdown(found[1].document)
+    assert found[1].summary["chosen"] in text
     assert "20 trials" in text
 
 
@@ -137,11 +193,10 @@ def test_a_score_rises_with_success_and_with_the_smallest_margin():
 
 
 def test_of_equals_those_tried_first_go_on():
-    trials = {
-        name: Trial(name, 0, 1, 1, value)
-        for name, value in zip("abc", (0.5, 0.7, 0.7), strict=False)
-    }
-    assert best(["a", "b", "c"], trials, 2) == ["b", "c"]
+    trials = [
+        Trial(name, 0, 1, 1, value) for name, value in zip("abc", (0.5, 0.7, 0.7), strict=True)
+    ]
+    assert [trial.policy for trial in best(trials)] == ["b", "c", "a"]
 
 
 def test_an_unknown_policy_is_one_line_before_anything_runs(capsys, tmp_path, monkeypatch):
