@@ -333,7 +333,10 @@ def test_an_outcome_is_plain_values():
     outcome = verdict(changed(*SPOILT["over_strain"]))
     plain = json.loads(json.dumps(outcome.to_dict()))
     assert list(plain) == ["success", "void", "failures", "figures"]
-    assert len(plain) == len(fields(Outcome))
+    # Whether the policy abstained is told of those alone that did.
+    assert len(plain) == len(fields(Outcome)) - 1
+    abstained = replace(outcome, abstained="not sure").to_dict()
+    assert set(abstained) - set(plain) == {"abstained"}
     assert plain["failures"][0]["reason"] == "over_strain"
     assert plain["failures"][0]["where"] == "shoulder"
     assert set(plain["failures"][0]) == {f.name for f in fields(Failure)}

@@ -35,7 +35,7 @@ def test_a_dressing_of_the_page_is_that_of_the_command_line_to_the_bit(session):
     session.dress()
     outcome = dressed(session)
     config = EpisodeConfig()
-    policy = _source("default", "case_a", 0, config)
+    policy = _source("default", "case_a", 0, config)[0]
     expected = record(policy, Choices().posture, 0, config).outcome
     assert outcome.to_dict() == expected.to_dict()
 

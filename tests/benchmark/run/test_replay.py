@@ -14,10 +14,10 @@ from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.benchmark.studies.thresholds import PROTOCOL, ThresholdStudy
 from dressing_sim.benchmark.studies.thresholds_verdicts import verdict_of
 from dressing_sim.cli import main
+from dressing_sim.commands.filming import Filming
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
-from dressing_sim.pictures.video import Film
 from dressing_sim.world.scene import WorldConfig
 from dressing_sim.world.sleeve import SleeveConfig
 
@@ -130,7 +130,7 @@ def test_what_differs_is_told_though_there_is_no_film(
     def broken(*_):
         raise DressingSimError("no film today")
 
-    monkeypatch.setattr(Film, "write", broken)
+    monkeypatch.setattr(Filming, "write", broken)
     with pytest.raises(SystemExit) as stopped:
         main(["replay", str(tampered), str(LEARNED), "--video", str(tmp_path / "film.mp4")])
     assert stopped.value.code != 0
