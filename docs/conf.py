@@ -6,18 +6,16 @@ import contextlib
 import io
 import os
 import re
-import sys
 from pathlib import Path
 
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+import dressing_sim
+from dressing_sim.cli import main
 
-import dressing_sim  # noqa: E402
-from dressing_sim.cli import main  # noqa: E402
+ROOT = Path(__file__).resolve().parents[1]
 
 project = "dressing_sim"
 author = "The dressing_sim authors"

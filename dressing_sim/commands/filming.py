@@ -35,7 +35,7 @@ class Filming:
     caption: bool = True
     """write time, arm coordinate, force, strain and verdict into the picture."""
     fine: bool = False
-    """smooth edges and cast shadows; takes three times as long."""
+    """smooth edges and cast shadows; takes six times as long."""
     fps: int = 25
     """pictures a second."""
     width: int = 640

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import tyro
 
-from dressing_sim.commands.options import check_positive, check_seed
+from dressing_sim.commands.options import check_seed
 
 
 def practise(
@@ -46,49 +46,28 @@ def practise(
         force: begin anew in any folder; only files of a run's names are replaced in it.
         json: print what was found as JSON, and nothing else, to standard output.
     """
-    import json as json_format
-    import shlex
-    import sys
-
-    from rich.console import Console
-
-    from dressing_sim.benchmark.report.terminal import print_document
     from dressing_sim.benchmark.report.write import write_report
-    from dressing_sim.benchmark.run.executors import Processes
-    from dressing_sim.benchmark.run.progress import show_progress
     from dressing_sim.benchmark.studies.practice import Practice
     from dressing_sim.benchmark.studies.practice import practise as carry_out
     from dressing_sim.benchmark.studies.practice_document import practice_document
-    from dressing_sim.commands.options import MOST_WORKERS
+    from dressing_sim.commands.studies import at_work, check_workers, tell, typed
     from dressing_sim.extras import needed
     from dressing_sim.files import check_output
-    from dressing_sim.interrupts import EXIT_CODE
     from dressing_sim.policies.registry import make_policy
     from dressing_sim.suites.suites import demonstration_postures
-    from dressing_sim.system import processors
 
-    count = processors() if workers is None else workers
-    check_positive("workers", count, MOST_WORKERS)
+    check_workers(workers)
     check_seed(seed)
     what = Practice(policy, demonstrations, postures, generations, population, seed)
     make_policy(policy)
     what.check()
     demonstration_postures(demonstrations)
     needed("cmaes", "practice")
-    for name in ("summary.json", "report.md", "report.html"):
+    files = "report.md", "report.html", "summary.json"
+    for name in files:
         check_output(out / name, resume or force, [])
-    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
-    try:
-        with Processes(count) as crew, show_progress(Console(stderr=True)) as progress:
-            found = carry_out(what, crew, out, resume, force, progress)
-    except KeyboardInterrupt:
-        again = command if "--resume" in sys.argv else f"{command} --resume"
-        print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
-        raise SystemExit(EXIT_CODE) from None
-    document = practice_document(found, command)
+    with at_work(workers) as (crew, progress):
+        found = carry_out(what, crew, out, resume, force, progress)
+    document = practice_document(found, typed())
     write_report(out, document, found)
-    if json:
-        print(json_format.dumps(found, indent=2))
-    else:
-        print_document(document)
-        print(f"written to {out}/: report.md, report.html, summary.json")
+    tell(found, document, json, f"written to {out}/: {', '.join(files)}")

@@ -5,18 +5,20 @@ from __future__ import annotations
 import json as json_format
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
+from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.report.terminal import print_document
 from dressing_sim.benchmark.run.dask_workers import DaskWorkers
-from dressing_sim.benchmark.run.executors import Processes
+from dressing_sim.benchmark.run.executors import Processes, Workers
 from dressing_sim.benchmark.run.folder import RUN_FILES
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.benchmark.run.progress import show_progress
+from dressing_sim.benchmark.run.progress import Progress, show_progress
 from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.study import Study, run_study
 from dressing_sim.commands.options import MOST_WORKERS, check_positive
@@ -47,25 +49,50 @@ def carry_out(
     Returns:
         The summary.
     """
-    count = processors() if workers is None else workers
-    check_positive("workers", count, MOST_WORKERS)
+    check_workers(workers)
     for name in RUN_FILES:
         check_output(out / name, True, inputs)
     study = study or find_study(plan.protocol.study)
-    command = f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+    with at_work(workers, scheduler) as (crew, progress):
+        done = run_study(study, plan, crew, out, progress=progress, command=typed(), **options)
+    tell(done.summary, done.document, json, f"{remarks}written to {out}/: {files}")
+    return done.summary
+
+
+def typed() -> str:
+    """The command line."""
+    return f"dressing-sim {shlex.join(sys.argv[1:])}".strip()
+
+
+def check_workers(workers: int | None) -> int:
+    """The number of processes, as many as processors unless given; refused if it makes no sense."""
+    count = processors() if workers is None else workers
+    check_positive("workers", count, MOST_WORKERS)
+    return count
+
+
+@contextmanager
+def at_work(
+    workers: int | None, scheduler: str | None = None
+) -> Iterator[tuple[Workers, Progress]]:
+    """Workers, and who tells how far they are; on Ctrl-C says how what they did goes on."""
+    count = check_workers(workers)
     try:
         with (
             Processes(count) if scheduler is None else DaskWorkers(scheduler) as crew,
             show_progress(Console(stderr=True)) as progress,
         ):
-            done = run_study(study, plan, crew, out, progress=progress, command=command, **options)
+            yield crew, progress
     except KeyboardInterrupt:
-        again = command if "--resume" in sys.argv else f"{command} --resume"
+        again = typed() if "--resume" in sys.argv else f"{typed()} --resume"
         print(f"dressing-sim: interrupted; to continue: {again}", file=sys.stderr)
         raise SystemExit(EXIT_CODE) from None
+
+
+def tell(summary: Mapping[str, Any], document: Document, json: bool, written: str) -> None:
+    """Print the summary as JSON, or the report and what was written."""
     if json:
-        print(json_format.dumps(done.summary, indent=2))
+        print(json_format.dumps(summary, indent=2))
     else:
-        print_document(done.document)
-        print(f"{remarks}written to {out}/: {files}")
-    return done.summary
+        print_document(document)
+        print(written)

@@ -37,7 +37,7 @@ class Look:
     caption: bool = False
     """Whether numbers and verdict are written into the picture."""
     fine: bool = False
-    """Whether edges are smooth and shadows are cast, which takes three times as long."""
+    """Whether edges are smooth and shadows are cast, which takes six times as long."""
 
     def __post_init__(self) -> None:
         one_of(self.camera, "camera", (*CAMERAS, AUTO))

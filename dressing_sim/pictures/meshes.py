@@ -29,8 +29,8 @@ from dressing_sim.world.panda import mesh_path, urdf_path
 
 _LOG = logging.getLogger("dressing_sim")
 
-#: How far the drawn robot may be from its meshes, see `simplified` [m]: a sixth of the triangles
-#: are left, which no picture shows, and films are drawn in a third of the time.
+#: How far the drawn robot may be from its meshes, see `simplified` [m]: a fifth of the triangles
+#: are left, 25,075 of 134,924.
 _ERROR = 0.0022
 
 _SHA = hashlib.sha256().digest_size

@@ -100,7 +100,7 @@ class OffscreenRenderer:
         config: The world's configuration, for the sleeve's mesh.
         width: Of a picture [pixels].
         height: Of a picture [pixels].
-        fine: Smooth edges and cast shadows, which takes three times as long.
+        fine: Smooth edges and cast shadows, which takes six times as long.
         strain_top: Colour the cloth by its strain, this strain in the last colour; None for cloth
             of one colour.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
@@ -18,7 +19,7 @@ from dressing_sim.viewer.preview import Preview, preview, resting
 from dressing_sim.viewer.watched import Watched
 
 
-class Choosing(Watched):
+class Choosing(Watched, ABC):
     """Choices, and what they look like. One thread follows them, another learns.
 
     Args:
@@ -70,9 +71,9 @@ class Choosing(Watched):
         with self.telling(), self._lock:
             self.choose(change(self.choices))
 
+    @abstractmethod
     def pause(self) -> None:
         """Let time stand still in the dressing that is looked at."""
-        raise NotImplementedError
 
     def _follow(self, look: int) -> None:
         if look != self._look:

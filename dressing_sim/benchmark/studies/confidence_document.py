@@ -19,6 +19,7 @@ from dressing_sim.benchmark.report.document import (
     config_section,
     percent,
 )
+from dressing_sim.benchmark.report.panels import in_panels
 from dressing_sim.benchmark.studies.columns import Column, table_of
 
 _COLUMNS: Mapping[str, Column] = {
@@ -150,12 +151,8 @@ def _panels(
     xlabel: str,
     ylabel: str,
 ) -> str:
-    with plots.figure(0.45 + 1.7 * -(-len(rows) // 3)) as drawn:
-        grid = plots.panels(drawn, len(rows), 3, sharex=True, sharey=True)
-        for axes, row in zip(grid, rows, strict=True):
-            draw(axes, row)
-            axes.set_title(plots.wrapped(label_of(row), 34), pad=9.0)
-            axes.grid(axis="y")
-        drawn.supxlabel(xlabel, fontsize=7.5, color=plots.QUIET)
-        drawn.supylabel(ylabel, fontsize=7.5, color=plots.QUIET)
-        return plots.svg_of(drawn)
+    def panel(axes: Axes, place: int) -> None:
+        draw(axes, rows[place])
+        axes.grid(axis="y")
+
+    return in_panels([label_of(row) for row in rows], panel, 3, 1.7, (xlabel, ylabel))

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import EpisodeResult, Protocol, first_failure, in_order
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.document import Plot
+from dressing_sim.benchmark.report.panels import in_panels
 from dressing_sim.episode.rules import rule_colour
 
 #: What an episode without a failure is called.
@@ -33,36 +35,37 @@ def failure_map(protocol: Protocol, episodes: EpisodeTable) -> Plot | None:
         reason: plots.Style(_drawn_colour(reason), _MARKERS[place % len(_MARKERS)])
         for place, reason in enumerate(reasons)
     }
-    words = []
-    with plots.figure(0.7 + 1.8 * -(-len(rows) // _COLUMNS)) as drawn:
-        grid = plots.panels(drawn, len(rows), _COLUMNS, sharex=True, sharey=True)
-        for axes, entry, groups in zip(grid, protocol.entries, found, strict=True):
-            for name, inside in groups.items():
-                elbow, shoulder = _angles(inside).T
-                face = "none" if name == DRESSED else looks[name].colour
-                axes.plot(
-                    elbow,
-                    shoulder,
-                    looks[name].marker,
-                    ms=2.4 if name == DRESSED else 3.6,
-                    mew=0.7,
-                    mec=looks[name].colour,
-                    mfc=face,
-                )
-            axes.set_title(plots.wrapped(entry.label, 34), pad=9.0)
-            axes.grid()
-            words.append(f"{entry.label}: {_told(groups)}")
-        handles = [
-            Line2D([], [], color=s.colour, marker=s.marker, ls="", ms=4.0, label=name, mfc=face)
-            for name, s in looks.items()
-            for face in ("none" if name == DRESSED else s.colour,)
-        ]
-        plots.legend_above(drawn, handles, 5)
-        drawn.supxlabel("elbow flexion [deg]", fontsize=7.5, color=plots.QUIET)
-        drawn.supylabel("shoulder flexion [deg]", fontsize=7.5, color=plots.QUIET)
-        svg = plots.svg_of(drawn)
+
+    def draw(axes: Axes, place: int) -> None:
+        for name, inside in found[place].items():
+            elbow, shoulder = _angles(inside).T
+            axes.plot(
+                elbow,
+                shoulder,
+                looks[name].marker,
+                ms=2.4 if name == DRESSED else 3.6,
+                mew=0.7,
+                mec=looks[name].colour,
+                mfc=_face(name, looks[name]),
+            )
+        axes.grid()
+
+    legend = [
+        Line2D(
+            [], [], color=s.colour, marker=s.marker, ls="", ms=4.0, label=name, mfc=_face(name, s)
+        )
+        for name, s in looks.items()
+    ]
+    titles = [entry.label for entry in protocol.entries]
+    axis_labels = "elbow flexion [deg]", "shoulder flexion [deg]"
+    svg = in_panels(titles, draw, _COLUMNS, 1.8, axis_labels, legend)
+    words = [f"{title}: {_told(groups)}" for title, groups in zip(titles, found, strict=True)]
     caption = "Each mark is an episode, by what went wrong first in it."
     return Plot("map", svg, ". ".join(words), caption)
+
+
+def _face(name: str, style: plots.Style) -> str:
+    return "none" if name == DRESSED else style.colour
 
 
 def _drawn_colour(reason: str) -> str:

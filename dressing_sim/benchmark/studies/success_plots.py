@@ -21,6 +21,7 @@ from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Protocol, in_order
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.document import Plot, percent
+from dressing_sim.benchmark.report.panels import in_panels
 from dressing_sim.benchmark.studies.success_tables import (
     counted,
     number,
@@ -192,20 +193,19 @@ def _panels(
     curves: _Curves, columns: int, height: float, xlabel: str, finish: Callable[[Axes, int], None]
 ) -> str:
     """Success rates in small panels with titles, each finished with its place among the curves."""
-    with plots.figure(0.45 + height * -(-len(curves) // columns)) as drawn:
-        grid = plots.panels(drawn, len(curves), columns, sharex=True, sharey=True)
-        for place, (axes, (title, curve, style)) in enumerate(zip(grid, curves, strict=True)):
-            x, rates = zip(*curve, strict=True) if curve else ((), ())
-            low, high = zip(*(rate.interval for rate in rates), strict=True) if rates else ((), ())
-            drawn_curve = plots.Curve(title, x, [rate.percent for rate in rates], low, high)
-            plots.draw_curve(axes, drawn_curve, style, bars=True)
-            axes.set_title(plots.wrapped(title, 34), pad=9.0)
-            axes.set_yticks((0, 50, 100))
-            axes.grid(axis="y")
-            finish(axes, place)
-        drawn.supxlabel(xlabel, fontsize=7.5, color=plots.QUIET)
-        drawn.supylabel("dressed [%]", fontsize=7.5, color=plots.QUIET)
-        return plots.svg_of(drawn)
+
+    def draw(axes: Axes, place: int) -> None:
+        title, curve, style = curves[place]
+        x, rates = zip(*curve, strict=True) if curve else ((), ())
+        low, high = zip(*(rate.interval for rate in rates), strict=True) if rates else ((), ())
+        drawn_curve = plots.Curve(title, x, [rate.percent for rate in rates], low, high)
+        plots.draw_curve(axes, drawn_curve, style, bars=True)
+        axes.set_yticks((0, 50, 100))
+        axes.grid(axis="y")
+        finish(axes, place)
+
+    titles = [title for title, _, _ in curves]
+    return in_panels(titles, draw, columns, height, (xlabel, "dressed [%]"))
 
 
 def _told(curves: _Curves, unit: str) -> str:
