@@ -10,6 +10,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.rules import in_order
 from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.episode.variation import in_words
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Inputs
 from dressing_sim.policies.registry import known_name, learns
@@ -40,7 +41,7 @@ class Entry:
         policy: Name of the policy, with hyper-parameters after a ``?`` if others than usual.
         demonstrations: Suite of the postures it learned from, ``NAME:n`` for the first n of them,
             or None for the expert.
-        variation: What is drawn anew for each episode, of `dressing_sim.episode.variation.FACTORS`.
+        variation: What is drawn anew for each episode, or fixed, see `dressing_sim.episode.vary`.
         inputs: The policy's class of inputs; a plan says it, and rows are the same whatever it is.
     """
 
@@ -63,7 +64,7 @@ class Entry:
     def label(self) -> str:
         """The row in words."""
         learned = f" on {self.demonstrations}" if self.demonstrations else ""
-        varied = f", {' and '.join(self.variation)} varied" if self.variation else ""
+        varied = f", {in_words(self.variation)}" if self.variation else ""
         return f"{self.policy}{learned}{varied}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -125,7 +126,7 @@ class Protocol:
         return replace(self, entries=tuple(entries), demonstration_sets=1)
 
     def with_variation(self, factors: Sequence[str]) -> Protocol:
-        """The same test, but these factors, and no others, are drawn anew for each episode."""
+        """The same test, but these factors, and no others, are drawn anew or fixed."""
         varied = tuple(dict.fromkeys(factors))
         entries = dict.fromkeys(replace(entry, variation=varied) for entry in self.entries)
         return replace(self, entries=tuple(entries))

@@ -1,4 +1,4 @@
-"""Worlds other than the nominal one: factors that are drawn anew for an episode."""
+"""Worlds other than the nominal one: factors that are drawn anew for an episode, or fixed."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.arm import ARM_SIZES, Posture
+from dressing_sim.checks import one_of
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.seeds import derived_seed
-from dressing_sim.world.garment import FABRICS, GARMENTS, find_garment
+from dressing_sim.world.garment import FABRICS, GARMENTS, Fabric, find_garment
 
 #: What can vary.
 FACTORS = ("friction", "fabric", "garment", "arm", "grasp")
@@ -25,7 +26,9 @@ _NAMES: Mapping[str, Mapping[str, object]] = {
     "arm": ARM_SIZES,
 }
 
-#: Sliding friction of dry to sweaty skin: sweat multiplies it by up to five (Temel et al. 2022).
+#: Sliding friction on forearms, dry to sweaty. Dry: 0.25 +- 0.05 sliding, 0.31 +- 0.07 at rest
+#: (Temel et al. 2022). Sweat multiplies it by 1 to 1.7 on hairy forearms and by 2 to 5 on others
+#: (Lyu et al. 2020).
 FRICTION = (0.2, 1.0)
 
 #: The gripper is off the armscye's top by up to this much in each coordinate [m]. Own choice.
@@ -39,7 +42,8 @@ class Varied:
     Attributes:
         posture: The arm, perhaps of another size.
         config: World, robot and rules.
-        drawn: What was drawn, plain values by factor; `apply` makes the same world of it again.
+        drawn: What was drawn or fixed, plain values by factor; `apply` makes the same world of it
+            again.
     """
 
     posture: Posture
@@ -48,24 +52,31 @@ class Varied:
 
 
 def vary(posture: Posture, config: EpisodeConfig, factors: Sequence[str], seed: int) -> Varied:
-    """Draw the factors asked for; the others stay as they are.
+    """Draw or fix the factors asked for; the others stay as they are.
 
-    ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and ``arm`` are one of
-    `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform in a cube. A garment
-    brings its own fabric, with its friction, unless these are drawn too.
+    A factor's name draws it: ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and
+    ``arm`` are one of `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform
+    in a cube. A garment brings its own fabric, with its friction, unless these are given too.
+    ``NAME=VALUE`` fixes it in every episode, such as ``friction=0.6`` or ``arm=female_small``; all
+    but ``grasp``.
 
     Args:
         posture: The arm to dress.
         config: The nominal world.
-        factors: Some of `FACTORS`, in any order: what is drawn for one depends on its name and the
-            seed, not on the others.
+        factors: Some of `FACTORS`, or values of them, in any order: what is drawn for one depends
+            on its name and the seed, not on the others.
         seed: Of the draws, a whole number.
 
     Raises:
-        InvalidInputError: There is no such factor.
+        InvalidInputError: There is no such factor, or no such value of it.
     """
-    check_factors(factors)
-    return apply(posture, config, {f: _drawn(f, seed) for f in FACTORS if f in factors})
+    asked = _asked(factors)
+    values = {
+        name: _drawn(name, seed) if asked[name] is None else asked[name]
+        for name in FACTORS
+        if name in asked
+    }
+    return apply(posture, config, values)
 
 
 def _drawn(factor: str, seed: int) -> Any:
@@ -87,14 +98,53 @@ def _choice(names: Iterable[str], text: str) -> str:
 
 
 def check_factors(factors: Sequence[str]) -> None:
-    """Refuse factors that do not exist.
+    """Refuse factors, or values of them, that do not exist.
 
     Raises:
-        InvalidInputError: There is no such factor.
+        InvalidInputError: There is no such factor, no such value of it, or it is given twice.
     """
-    unknown = sorted(set(factors) - set(FACTORS))
-    if unknown:
-        raise InvalidInputError(f"unknown factor {unknown[0]!r}; valid is {', '.join(FACTORS)}")
+    _asked(factors)
+
+
+def factor_names(factors: Sequence[str]) -> list[str]:
+    """Names of the factors, whether drawn or fixed."""
+    return [factor.partition("=")[0] for factor in factors]
+
+
+def in_words(factors: Sequence[str]) -> str:
+    """What is drawn and what is fixed: ``friction and arm varied, fabric=interlock``."""
+    drawn = [factor for factor in factors if "=" not in factor]
+    varied = [f"{' and '.join(drawn)} varied"] if drawn else []
+    return ", ".join([*varied, *(factor for factor in factors if "=" in factor)])
+
+
+def _asked(factors: Sequence[str]) -> dict[str, Any]:
+    """The value of each factor, None if it is to be drawn."""
+    asked: dict[str, Any] = {}
+    for factor in factors:
+        name, fixed, value = factor.partition("=")
+        if name not in FACTORS:
+            raise InvalidInputError(f"unknown factor {name!r}; valid is {', '.join(FACTORS)}")
+        if name in asked:
+            raise InvalidInputError(f"factor {name!r} is given twice; valid is once")
+        asked[name] = _value(name, value) if fixed else None
+    return asked
+
+
+def _value(name: str, text: str) -> float | str:
+    """A factor's value as it is written after its name."""
+    if name == "friction":
+        try:
+            Fabric(friction=float(text))
+        except ValueError:
+            raise InvalidInputError(
+                f"friction is {text!r}, valid is a number from 0, such as friction=0.6"
+            ) from None
+        return float(text)
+    if name not in _NAMES:
+        raise InvalidInputError(f"{name} is {text!r}, valid is no value: it can only be drawn")
+    one_of(text, name, _NAMES[name])
+    return text
 
 
 def apply(posture: Posture, config: EpisodeConfig, drawn: Mapping[str, Any]) -> Varied:

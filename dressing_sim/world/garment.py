@@ -28,7 +28,8 @@ class Fabric:
     """Of the fabric [m]; what gives way between it and the skin is the contact's,
     see `SleeveConfig.contact_depth`."""
     friction: float = 0.3
-    """Sliding friction coefficient on skin; measured on forearms: 0.31 +- 0.07 (Temel 2022)."""
+    """Friction coefficient on skin; on dry forearms 0.25 +- 0.05 sliding, 0.31 +- 0.07 at rest
+    (Temel et al. 2022)."""
     damping: float = 0.01
     """Rayleigh damping: ratio of viscous to elastic stress an inverse second [s]."""
 

@@ -7,7 +7,15 @@ from dressing_sim import arm
 from dressing_sim.arm import ARM_SIZES, Posture
 from dressing_sim.episode import variation
 from dressing_sim.episode.config import EpisodeConfig
-from dressing_sim.episode.variation import FACTORS, FRICTION, GRASP_OFFSET, apply, vary
+from dressing_sim.episode.variation import (
+    FACTORS,
+    FRICTION,
+    GRASP_OFFSET,
+    apply,
+    check_factors,
+    in_words,
+    vary,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world import garment
 from dressing_sim.world.garment import FABRICS, GARMENTS
@@ -63,6 +71,46 @@ def test_each_factor_changes_its_own_part_within_its_range(factor):
         assert garments == set(GARMENTS.values())
     else:
         assert garments == {nominal}
+
+
+@given(st.integers(0, 2**32))
+def test_what_is_fixed_is_the_same_for_every_seed_and_leaves_other_draws_alone(seed):
+    fixed = varied(["arm=female_small", "friction=0.62", "fabric"], seed)
+    assert fixed.drawn == {
+        "friction": 0.62,
+        "fabric": varied(["fabric"], seed).drawn["fabric"],
+        "arm": "female_small",
+    }
+    assert fixed.posture.size == "female_small"
+    assert fixed.config.world.sleeve.garment.fabric.friction == 0.62
+    assert apply(POSTURE, NOMINAL, fixed.drawn) == fixed
+
+
+@pytest.mark.parametrize(
+    "factors",
+    [
+        ["friction="],
+        ["friction=much"],
+        ["friction=-1"],
+        ["friction=nan"],
+        ["friction=1e999"],
+        ["arm=long"],
+        ["garment=/etc/passwd"],
+        ["grasp=0"],
+        ["colour=red"],
+        ["friction", "friction=0.3"],
+    ],
+)
+def test_what_cannot_be_fixed_is_an_error_that_names_the_factor(factors):
+    with pytest.raises(InvalidInputError, match=factors[0].partition("=")[0]):
+        check_factors(factors)
+
+
+def test_words_tell_what_is_drawn_from_what_is_fixed():
+    assert in_words(["friction", "fabric=interlock", "arm"]) == (
+        "friction and arm varied, fabric=interlock"
+    )
+    assert (in_words([]), in_words(["arm=male"])) == ("", "arm=male")
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,7 @@ def test_a_run_dresses_this_person_in_this_garment_and_its_file_says_so():
     assert plan.demonstrated == evaluation_plan("paper", None, None, None, 0).demonstrated
     assert plan.config == world_with("hospital-gown")
     assert Plan.from_dict(plan.to_dict()) == plan
-    with pytest.raises(InvalidInputError, match="drawn anew"):
+    with pytest.raises(InvalidInputError, match="is varied as well"):
         evaluation_plan("paper", None, None, ["arm"], 0, person="child-ten")
 
 

@@ -21,6 +21,7 @@ from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.checks import listed, of_kind, truth_value, whole_number
+from dressing_sim.episode.variation import factor_names
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.suites.people import as_person, load_person
@@ -40,7 +41,7 @@ class EvaluationRow:
     Attributes:
         policy: Name of the policy.
         demonstrations: Suite of the postures it learned from; None for the expert.
-        variation: What was drawn anew for each episode.
+        variation: What was drawn anew for each episode, or fixed.
         n_episodes: Episodes that count.
         n_success: Those in which the arm was dressed.
         pc_success: Success rate [%]; None where no episode counts.
@@ -127,7 +128,7 @@ def evaluate(
             of the protocol if None.
         protocol: Which policies learn from which demonstrations, such as ``paper``.
         suite: Test postures instead of the protocol's: a name, a JSON file, or ``random:N``.
-        variation: Factors drawn anew for each episode.
+        variation: Factors drawn anew for each episode, or fixed.
         seed: Of the operator's variability, of the policies' own randomness, and of variation.
         workers: Processes, as many as processors if None; the results do not depend on it.
         demonstrations: File of demonstrations that every policy learns from, instead of the
@@ -188,7 +189,7 @@ def evaluation_plan(
 
     Raises:
         InvalidInputError: There is no such protocol, suite, policy, factor, garment or person, or
-            what is given is drawn anew for each episode as well.
+            what is given is varied as well.
     """
     of_kind(protocol, str, "protocol", "a name")
     chosen = find_protocol(protocol)
@@ -215,10 +216,11 @@ def evaluation_plan(
     file = None if demonstrations is None else Path(demonstrations)
     for name, given, factor in (("garment", garment, "garment"), ("person", person, "arm")):
         of_kind(given, (str, NoneType), name, "a name, a TOML file or None")
-        if given is not None and any(factor in entry.variation for entry in chosen.entries):
+        if given is not None and any(
+            factor in factor_names(entry.variation) for entry in chosen.entries
+        ):
             raise InvalidInputError(
-                f"{name} is {given!r}, but the {factor} is drawn anew for each episode as well; "
-                "valid is one of them"
+                f"{name} is {given!r}, but the {factor} is varied as well; valid is one of them"
             )
     config = None if garment is None else world_with(garment)
     plan = make_plan(chosen, seed, config, policy_limits=policy_limits, demonstrations=file)

@@ -45,6 +45,14 @@ _ROBUST = tuple(
     for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
+#: On slippery, grippy and sweaty skin: a dry forearm's sliding friction less a standard deviation,
+#: its friction at rest and one more, and twice that at rest, see `variation.FRICTION`.
+_FRICTION = tuple(
+    replace(entry, variation=variation)
+    for entry in (Entry(EXPERT), *_OURS, *_COMPARED)
+    for variation in ((), ("friction=0.2",), ("friction=0.38",), ("friction=0.62",))
+)
+
 #: What the paper leaves open, one change at a time, as hyper-parameters after a policy's name.
 _CHANGES = (
     "relative_floor=true&position_floor=0.1&displacement_floor=0.1",
@@ -102,6 +110,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         ),
         Protocol("full", "test200", _FULL, demonstration_sets=5),
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
+        Protocol("friction", "val50", _FRICTION, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
         Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),

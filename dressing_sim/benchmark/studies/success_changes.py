@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dressing_sim.benchmark.report.document import Cells, percent
 from dressing_sim.benchmark.studies.success_tables import Summary, signed_interval
+from dressing_sim.episode.variation import in_words
 from dressing_sim.policies.hyperparameters import split_name
 
 
@@ -33,16 +34,12 @@ class Change:
 
 def _by_hyperparameters(row: Summary) -> tuple[str, str]:
     stem, chosen = split_name(row["policy"])
-    varied = f"{_varied(row)} varied" if row["variation"] else None
-    return chosen or "as chosen", _joined(stem, row["demonstrations"], varied)
+    return chosen or "as chosen", _joined(stem, row["demonstrations"], in_words(row["variation"]))
 
 
 def _by_variation(row: Summary) -> tuple[str, str]:
-    return _varied(row) or "nothing", _joined(row["policy"], row["demonstrations"])
-
-
-def _varied(row: Summary) -> str:
-    return " and ".join(row["variation"])
+    varied = " and ".join(row["variation"])
+    return varied or "nothing", _joined(row["policy"], row["demonstrations"])
 
 
 def _joined(*parts: str | None) -> str:
@@ -65,7 +62,7 @@ VARIATION = Change(
     "variation",
     "Robustness",
     _RULE.format(
-        "Success rates where what each line says is drawn anew for each episode",
+        "Success rates where what each line says is drawn anew for each episode, or fixed",
         "in the nominal world",
     ),
     *("varied", "nothing", _by_variation),

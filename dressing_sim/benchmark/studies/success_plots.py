@@ -29,6 +29,7 @@ from dressing_sim.benchmark.studies.success_tables import (
     signed_interval,
 )
 from dressing_sim.episode.rules import rule_colour
+from dressing_sim.episode.variation import in_words
 
 _LEARNED = plots.Style(plots.ACCENT, "o")
 
@@ -174,7 +175,7 @@ def budget_plot(protocol: Protocol, episodes: EpisodeTable) -> Plot | None:
     curves = []
     for entry, curve in found:
         suite = (entry.demonstrations or "").rpartition(":")[0]
-        varied = f", {' and '.join(entry.variation)} varied" if entry.variation else ""
+        varied = f", {in_words(entry.variation)}" if entry.variation else ""
         curves.append((f"{entry.policy} on the first of {suite}{varied}", curve, _LEARNED))
 
     def finish(axes: Axes, _: int) -> None:

@@ -7,6 +7,7 @@ from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.expert import EXPERT_REPLAN
 from dressing_sim.policies.hyperparameters import changed
 from dressing_sim.policies.paper import AUGMENTED, POLICIES
 from dressing_sim.policies.registry import DEFAULT, EXPERT, make_policy
@@ -30,9 +31,9 @@ def test_no_protocol_tests_on_a_posture_that_it_demonstrates(name):
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-def test_only_the_expert_is_shown_nothing_and_no_row_is_there_twice(name):
-    entries = find_protocol(name).entries
-    assert all((entry.policy == EXPERT) == (entry.demonstrations is None) for entry in entries)
+def test_only_operators_are_shown_nothing_and_no_row_is_there_twice(name):
+    entries, operators = find_protocol(name).entries, {EXPERT, EXPERT_REPLAN}
+    assert all((entry.policy in operators) == (entry.demonstrations is None) for entry in entries)
     assert len(set(entries)) == len(entries)
 
 
