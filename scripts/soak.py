@@ -79,8 +79,8 @@ def worlds(count: int, seed: int) -> None:
         verdict = outcome.invalid or ("dressed" if outcome.success else ", ".join(outcome.reasons))
         garment = config.world.sleeve.garment
         print(
-            f"{number}: {what}; {verdict}; {posture.size}, elbow {posture.elbow_deg:.0f} deg, sleeve "
-            f"{garment.length:.2f} m, friction {garment.fabric.friction:.2f}, "
+            f"{number}: {what}; {verdict}; {posture.size}, elbow {posture.elbow_deg:.0f} deg, "
+            f"sleeve {garment.length:.2f} m, friction {garment.fabric.friction:.2f}, "
             f"{garment.fabric.membrane_stiffness:.0f} N/m, "
             f"{1e3 * garment.fabric.areal_density:.0f} g/m^2",
             flush=True,
