@@ -46,7 +46,7 @@ COMMANDS = {
     "demonstrate": ("demonstrate one.json --out OUT/shown.h5", 1),
     "learn": ("learn shown.h5 --policy tp-gmm?samples=60 --out OUT/policy.npz", 1),
     "planar": ("planar --runs 1 --max-iterations 1 --method noise --out OUT", 1),
-    "dress": (f"dress --posture 75,20,40,5 {FILM}", 1),
+    "dress": (f"dress --posture 75,20,40,5 --policy expert {FILM}", 1),
     "evaluate": (f"evaluate --suite two.json --policies expert,tp-gmm?samples=60 {RUN}", 4),
     "thresholds": ("thresholds --suite one.json --policies expert --workers 1 --out OUT", 1.5),
 }

@@ -29,7 +29,7 @@ _NO_FILM = Filming()
 
 def dress(
     posture: str,
-    policy: str = "expert",
+    policy: str = "default",
     demonstrations: str = "case_a",
     seed: int = 0,
     garment: str | None = None,
@@ -42,7 +42,7 @@ def dress(
 
     For example: dressing-sim dress --posture bent40 --video bent40.mp4
 
-    Or: dressing-sim dress --posture 70,30,40,50,female --policy case_a.npz
+    Or: dressing-sim dress --posture 70,30,40,50,female --policy expert
 
     Or: dressing-sim dress --posture bent40 --garment hospital-gown --person ada.toml
 
@@ -54,7 +54,7 @@ def dress(
         posture: name of a posture in a suite, or FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in
             degrees.
         policy: a name as of ``dressing-sim evaluate --policies``, with ?name=value&... for its
-            hyper-parameters, or a file that ``dressing-sim learn`` wrote.
+            hyper-parameters, or a file that ``dressing-sim learn`` wrote; expert is the operator.
         demonstrations: what a policy given by its name learns from: a suite that is demonstrated
             first, or a file that ``dressing-sim demonstrate`` wrote.
         seed: of the operator's variability, and of the policy's own randomness.

@@ -241,10 +241,10 @@ def test_demonstrations_are_recorded_learned_from_and_used(
 
 def test_dress_says_what_went_wrong(capsys):
     # Out of reach, so that there is nothing to simulate.
-    main(["dress", "--posture", "-60,0,0,0", "--json"])
+    main(["dress", "--posture", "-60,0,0,0", "--policy", "expert", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert told["failures"][0]["reason"] == "ik_unreachable"
-    main(["dress", "--posture", "-60,0,0,0"])
+    main(["dress", "--posture", "-60,0,0,0", "--policy", "expert"])
     text = capsys.readouterr().out
     assert "failure" in text.splitlines()[0]
     assert "ik_unreachable" in text

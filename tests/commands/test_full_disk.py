@@ -18,7 +18,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import replacing, write_file, write_files
 
 PLANAR = "planar --runs 1 --max-iterations 1 --method noise --out disk/out"
-FILM = "dress --posture bent10 --fps 4 --width 64 --height 48 --video disk/film"
+FILM = "dress --posture bent10 --policy expert --fps 4 --width 64 --height 48 --video disk/film"
 #: Each command that writes, and what of its result is there before.
 COMMANDS = {
     "demonstrate": ("demonstrate one.json --out disk/some.h5", "some.h5"),

@@ -28,6 +28,7 @@ from dressing_sim.benchmark.report.document import (
 )
 from dressing_sim.benchmark.studies import success_plots as plots
 from dressing_sim.benchmark.studies import success_tables as tables
+from dressing_sim.benchmark.studies.protocols import PROTOCOLS
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
     VARIATION,
@@ -37,6 +38,9 @@ from dressing_sim.benchmark.studies.success_changes import (
 from dressing_sim.benchmark.studies.success_map import failure_map
 from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
+
+#: Policies that a title may name.
+_FEW = 3
 
 SUCCESS_RULE = (
     "Success: the sleeve is on, up to the shoulder; the robot touched nobody; the cloth was "
@@ -116,11 +120,20 @@ def success_document(
         config_section(summary),
     )
     return Document(
-        f"Protocol {protocol.name} on suite {protocol.suite}",
+        f"{_what(protocol)} on suite {protocol.suite}",
         command,
         tuple(_lead(protocol, summary)),
         tuple(section for section in sections if section.blocks),
     )
+
+
+def _what(protocol: Protocol) -> str:
+    """The protocol, or the policies that were put in place of its rows."""
+    stems = list(dict.fromkeys(entry.stem for entry in protocol.entries))
+    known = PROTOCOLS.get(protocol.name, protocol)
+    if known.entries == protocol.entries or len(stems) > _FEW:
+        return f"Protocol {protocol.name}"
+    return " and ".join(stems)
 
 
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:

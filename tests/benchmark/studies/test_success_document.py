@@ -308,6 +308,14 @@ def test_only_the_papers_protocol_is_put_next_to_the_papers_table(full):
     assert "the paper's table" not in markdown(full[1])
 
 
+def test_a_title_names_the_protocol_or_the_policies_in_place_of_its_rows():
+    paper = PROTOCOLS["paper"]
+    own = paper.with_policies(["transport", "expert"])
+    for protocol, title in ((paper, "Protocol paper"), (own, "transport and expert")):
+        document, _ = report(protocol, random_results(protocol, 2))
+        assert document.title == f"{title} on suite paper5"
+
+
 def test_the_hardest_postures_are_pictured_with_what_replays_them(full):
     results, _, summary = full
     found = hardest(EpisodeTable.of(results))
