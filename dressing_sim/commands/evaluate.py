@@ -52,14 +52,14 @@ def evaluate(
 
     Args:
         protocol: which policies learn from which demonstrations: paper, full, budget, friction,
-            robust, settings, rivals, moving, compliant; or paper-cost, what the learning costs
-            without dressing anybody.
+            noise, robust, settings, rivals, moving, compliant; or paper-cost, what the learning
+            costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...
             for its hyper-parameters.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
-            garment, arm, grasp; or fixed in all: friction=0.6, arm=female_small.
+            garment, arm, grasp, frames; or fixed in all: friction=0.6, arm=female_small.
         demonstrations: file of demonstrations that every policy learns from, instead of the
             protocol's; as dressing-sim demonstrate writes it.
         garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,

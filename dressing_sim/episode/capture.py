@@ -18,8 +18,8 @@ from dressing_sim.seeds import derived_seed
 class CaptureConfig:
     """What a motion-capture system or a camera tells of an arm that moves; own choice.
 
-    A still arm is known exactly. The usual one is a camera and a skeleton fitted to what it sees,
-    not markers, which nobody wears to be dressed.
+    A still arm is known exactly, unless `still`. The usual one is a camera and a skeleton fitted to
+    what it sees, not markers, which nobody wears to be dressed.
     """
 
     rate: float = 30.0
@@ -30,6 +30,8 @@ class CaptureConfig:
     """Standard deviation of the shoulder's place, each coordinate [m]."""
     angle_noise: float = 0.02
     """Standard deviation of each angle [rad]."""
+    still: bool = False
+    """Whether a still arm is measured as well: once, before the robot moves."""
     seed: int = 0
     """Of the noise. It also depends on the posture's name, and on nothing else: rows of a table
     see the same arm."""

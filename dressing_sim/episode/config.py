@@ -22,7 +22,7 @@ class EpisodeConfig:
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
     thresholds: Thresholds = field(default_factory=Thresholds)
     capture: CaptureConfig = field(default_factory=CaptureConfig)
-    """What policies are told of an arm that moves."""
+    """What policies are told of an arm that moves, or of any if it says so."""
     hold: float = 1.0
     """The robot stays at its path's end for so long before the verdict [s]."""
     time_limit: float = 30.0

@@ -28,6 +28,7 @@ from dressing_sim.episode.rules import RULES
 from dressing_sim.episode.snapshot import pack, unpack
 from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.motion import UNITS
 from dressing_sim.world.scene import WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 
@@ -245,14 +246,16 @@ class Dressing:
 
     @property
     def seen(self) -> Posture:
-        """The arm as far as a policy may know it now: one that moves is measured, see `capture`."""
-        if self.posture.motion is None:
+        """The arm as far as a policy may know it now: as it is, or as measured, see `capture`."""
+        still = self.posture.motion is None
+        if still and not self.config.capture.still:
             return self.posture
-        number = self._capture.newest(self._row.time) if self._begun else 0
+        number = self._capture.newest(self._row.time) if self._begun and not still else 0
         if number != self._measured[0]:
             step = int(self._capture.taken(number) / self.config.tracking.dt + 1e-9)
             person = self._meter.person(step) if self._begun else self._settled.world.person
-            assert person is not None
+            if person is None:
+                person = self.posture.coordinates * UNITS
             self._measured = number, self._capture.measured(number, person)
         return self._measured[1]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,13 +11,14 @@ import numpy as np
 
 from dressing_sim.arm import ARM_SIZES, Posture
 from dressing_sim.checks import one_of
+from dressing_sim.episode.capture import CaptureConfig
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.seeds import derived_seed
 from dressing_sim.world.garment import FABRICS, GARMENTS, Fabric, find_garment
 
 #: What can vary.
-FACTORS = ("friction", "fabric", "garment", "arm", "grasp")
+FACTORS = ("friction", "fabric", "garment", "arm", "grasp", "frames")
 
 #: Those that are one of several names.
 _NAMES: Mapping[str, Mapping[str, object]] = {
@@ -33,6 +34,13 @@ FRICTION = (0.2, 1.0)
 
 #: The gripper is off the armscye's top by up to this much in each coordinate [m]. Own choice.
 GRASP_OFFSET = 0.015
+
+
+#: How wrong the frames may be that a policy is told: standard deviation of the shoulder's place,
+#: each coordinate [m], and of each of the arm's angles for each metre of that [rad/m]: half a
+#: degree a millimetre. From exact to what a camera makes of an arm in a sleeve. Own choice.
+FRAMES = 0.03
+ANGLE_NOISE = float(np.deg2rad(500.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +64,8 @@ def vary(posture: Posture, config: EpisodeConfig, factors: Sequence[str], seed: 
 
     A factor's name draws it: ``friction`` is log-uniform in `FRICTION`; ``fabric``, ``garment`` and
     ``arm`` are one of `FABRICS`, `GARMENTS` and `ARM_SIZES`, each as likely; ``grasp`` is uniform
-    in a cube. A garment brings its own fabric, with its friction, unless these are given too.
+    in a cube; ``frames``, the standard deviation of their noise, is uniform up to `FRAMES`. A
+    garment brings its own fabric, with its friction, unless these are given too.
     ``NAME=VALUE`` fixes it in every episode, such as ``friction=0.6`` or ``arm=female_small``; all
     but ``grasp``.
 
@@ -86,6 +95,8 @@ def _drawn(factor: str, seed: int) -> Any:
     rng = np.random.default_rng(derived_seed(f"{seed}/{factor}"))
     if factor == "friction":
         return float(np.exp(rng.uniform(*np.log(FRICTION))))
+    if factor == "frames":
+        return float(rng.uniform(0.0, FRAMES))
     return [float(value) for value in rng.uniform(-GRASP_OFFSET, GRASP_OFFSET, 3)]
 
 
@@ -133,13 +144,11 @@ def _asked(factors: Sequence[str]) -> dict[str, Any]:
 
 def _value(name: str, text: str) -> float | str:
     """A factor's value as it is written after its name."""
-    if name == "friction":
+    if name in _NUMBERS:
         try:
-            Fabric(friction=float(text))
+            _NUMBERS[name](float(text))
         except ValueError:
-            raise InvalidInputError(
-                f"friction is {text!r}, valid is a number from 0, such as friction=0.6"
-            ) from None
+            raise InvalidInputError(f"{name} is {text!r}, valid is a number from 0") from None
         return float(text)
     if name not in _NAMES:
         raise InvalidInputError(f"{name} is {text!r}, valid is no value: it can only be drawn")
@@ -167,4 +176,22 @@ def apply(posture: Posture, config: EpisodeConfig, drawn: Mapping[str, Any]) -> 
     offset = tuple(drawn.get("grasp", sleeve.grasp_offset))
     world = replace(config.world, sleeve=replace(sleeve, garment=garment, grasp_offset=offset))
     size = drawn.get("arm", posture.size)
-    return Varied(replace(posture, size=size), replace(config, world=world), dict(drawn))
+    capture = _noisy(config.capture, drawn["frames"]) if "frames" in drawn else config.capture
+    varied = replace(config, world=world, capture=capture)
+    return Varied(replace(posture, size=size), varied, dict(drawn))
+
+
+def _noisy(capture: CaptureConfig, noise: float) -> CaptureConfig:
+    """An arm that is measured with noise of this standard deviation [m], though it be still.
+
+    Noise of another size is the same noise, scaled: a posture's does not depend on what is drawn.
+    """
+    angles = ANGLE_NOISE * noise
+    return replace(capture, still=True, position_noise=noise, angle_noise=angles)
+
+
+#: Factors that are numbers, and what refuses those that cannot be.
+_NUMBERS: Mapping[str, Callable[[float], object]] = {
+    "friction": lambda value: Fabric(friction=value),
+    "frames": lambda value: _noisy(CaptureConfig(), value),
+}

@@ -55,6 +55,24 @@ def test_a_still_arm_is_the_same_object_to_whoever_looks(posture):
     assert dressing.trace().arm is None
 
 
+def test_a_still_arm_may_be_measured_once_with_noise(posture):
+    seen = []
+    for noise in (0.0, 0.01, 0.02):
+        capture = CaptureConfig(position_noise=noise, angle_noise=noise, still=True)
+        dressing = Dressing(posture, replace(BRIEF, capture=capture))
+        before = dressing.seen
+        dressing.reset()
+        begun = dressing.seen
+        upwards(dressing, 10)
+        assert dressing.seen is begun
+        assert begun == before
+        seen.append(before.coordinates * UNITS)
+    exact = posture.coordinates * UNITS
+    np.testing.assert_allclose(seen[0], exact, atol=1e-12)
+    np.testing.assert_allclose(seen[2] - exact, 2.0 * (seen[1] - exact), atol=1e-12)
+    assert np.all(seen[1] != exact)
+
+
 def test_a_motion_of_nothing_is_a_still_arm(posture):
     """Other bits, for its solver has seven unknowns more; the same dressing."""
     traces = []

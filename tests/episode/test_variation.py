@@ -113,6 +113,17 @@ def test_words_tell_what_is_drawn_from_what_is_fixed():
     assert (in_words([]), in_words(["arm=male"])) == ("", "arm=male")
 
 
+@given(st.integers(0, 2**32), st.floats(0.0, 0.03))
+def test_noise_in_frames_is_told_to_policies_and_to_nobody_else(seed, noise):
+    quiet, noisy = varied([], seed), varied([f"frames={noise}"], seed)
+    assert noisy.posture == quiet.posture
+    assert noisy.config.world == quiet.config.world
+    capture = noisy.config.capture
+    assert capture.still
+    assert capture.position_noise == noise
+    assert capture.angle_noise == pytest.approx(np.deg2rad(0.5) * noise / 1e-3)
+
+
 @pytest.mark.parametrize(
     "drawn", [{"colour": 1}, {"garment": "toga"}, {"fabric": "steel"}, {"arm": "long"}]
 )
@@ -157,4 +168,5 @@ def test_draws_are_the_ones_they_have_always_been():
         "garment": "tshirt-l",
         "arm": "male_small",
         "grasp": pytest.approx([-0.013930904963978119, 0.014623256088919852, -0.01061443592808458]),
+        "frames": pytest.approx(0.016935598461679996),
     }

@@ -27,9 +27,11 @@ _OURS = tuple(Entry(DEFAULT, case) for case in _CASES)
 #: The paper's seven, and what noise alone does for the case that gains more.
 _FULL = tuple(entry for entry in _PAPER[1:] if entry != Entry("tp-gmm-noise", "case_b"))
 
-#: With and without augmentation, from two to seven demonstrations.
+#: With and without augmentation, from two to seven demonstrations; ours from one.
 _BUDGET = tuple(
-    Entry(policy, f"baseline7:{n}") for policy in ("tp-gmm", "tp-gmm-rf") for n in range(2, 8)
+    Entry(policy, f"baseline7:{n}")
+    for policy, fewest in (("tp-gmm", 2), ("tp-gmm-rf", 2), (DEFAULT, 1))
+    for n in range(fewest, 8)
 )
 
 #: Without and with augmentation, and the baseline: what choices and worlds are compared on.
@@ -51,6 +53,13 @@ _FRICTION = tuple(
     replace(entry, variation=variation)
     for entry in (Entry(EXPERT), *_OURS, *_COMPARED)
     for variation in ((), ("friction=0.2",), ("friction=0.38",), ("friction=0.62",))
+)
+
+#: Where frames are told wrongly, see `variation.FRAMES`: by 5 mm and 2.5 deg to 30 mm and 15 deg.
+_NOISE = tuple(
+    replace(entry, variation=variation)
+    for entry in (Entry(EXPERT), *_OURS, *_COMPARED)
+    for variation in ((), *((f"frames={noise}",) for noise in (0.005, 0.01, 0.02, 0.03)))
 )
 
 #: What the paper leaves open, one change at a time, as hyper-parameters after a policy's name.
@@ -111,6 +120,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("full", "test200", _FULL, demonstration_sets=5),
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
         Protocol("friction", "val50", _FRICTION, demonstration_sets=5),
+        Protocol("noise", "val50", _NOISE, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
         Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),
