@@ -8,7 +8,9 @@ from pathlib import Path
 
 import tyro
 
+from dressing_sim.checks import shown
 from dressing_sim.commands.options import check_seed
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_output
 
 #: Exit code if some demonstrations failed.
@@ -19,6 +21,7 @@ def demonstrate(
     suite: tyro.conf.Positional[str],
     out: Path = Path("demonstrations.h5"),
     seed: int = 0,
+    operator: str = "expert",
     garment: str | None = None,
     person: str | None = None,
     force: bool = False,
@@ -32,10 +35,14 @@ def demonstrate(
 
     Or: dressing-sim demonstrate random:7:3 --seed 1 --out seven.h5
 
+    Or: dressing-sim demonstrate case_a --operator "expert?speed=0.16" --out quick.h5
+
     Args:
         suite: postures to demonstrate on: a name, a JSON file, or random:N[:SEED].
         out: file to write.
         seed: of the operator's variability.
+        operator: expert, or expert?name=value&... for one of another style: speed, forearm_height,
+            elbow_height, outer_distance, shoulder_height and so on.
         garment: what is put on: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
@@ -45,14 +52,22 @@ def demonstrate(
     """
     from dressing_sim.benchmark.run.plan import posture_seed
     from dressing_sim.episode.demonstration import save_demonstrations
+    from dressing_sim.episode.operator import Operator
     from dressing_sim.episode.outcome import Outcome
     from dressing_sim.episode.record import DemonstrationFailed
     from dressing_sim.episode.record import demonstrate as record_one
+    from dressing_sim.policies.hyperparameters import split_name
+    from dressing_sim.policies.registry import EXPERT, make_policy
     from dressing_sim.suites.people import as_person, load_person
     from dressing_sim.suites.suites import load_suite
     from dressing_sim.suites.wardrobe import world_with
 
     check_seed(seed)
+    if split_name(operator)[0] != EXPERT:
+        valid = f"{EXPERT}, perhaps with ?name=value&..."
+        raise InvalidInputError(f"operator is {shown(operator)}, valid is {valid}")
+    teacher = make_policy(operator)
+    assert isinstance(teacher, Operator)
     inputs = [suite, garment, person]
     check_output(out, force, inputs)
     config, postures = world_with(garment), load_suite(suite)
@@ -61,7 +76,7 @@ def demonstrate(
     recorded, lines, failed = [], [], []
     for posture in postures:
         try:
-            demonstration = record_one(posture, posture_seed(seed, posture), None, config)
+            demonstration = record_one(posture, posture_seed(seed, posture), teacher, config)
             outcome = demonstration.outcome or Outcome(False)
         except DemonstrationFailed as error:
             outcome = error.outcome

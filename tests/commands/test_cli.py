@@ -121,6 +121,8 @@ def test_arguments_that_are_none_are_exit_code_2(arguments, capsys, folder):
         ("demonstrate nowhere", "unknown suite 'nowhere'; valid is one of"),
         ("demonstrate random:0", "random:N"),
         ("demonstrate text.h5", "not JSON"),
+        ("demonstrate case_a --operator tp-gmm", "operator is 'tp-gmm', valid is expert"),
+        ("demonstrate case_a --operator expert?sped=1", "sped"),
         ("demonstrate case_a --out text.h5/a.h5", "cannot be written"),
         ("demonstrate case_a --out occupied", "occupied"),
         ("learn none.h5", "none.h5: no such file"),
