@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 #: Largest difference between numbers of different numerics, in relation to their size.
-#: Measured: 6e-10 at worst over twenty episodes with three other numerics (docs/benchmark.md).
+#: Measured: 6e-10 at worst over twenty episodes with three other numerics (docs/same_bits.md).
 RELATIVE = 1e-6
 
 #: Smaller numbers are compared as if they had this size, in their unit (m, N, s or 1): a noise of
