@@ -1,8 +1,8 @@
 """A robot's visual meshes, which MuJoCo cannot read as they ship, converted and kept.
 
-They are converted from COLLADA, or what else there is, on first use, one OBJ a link and colour. The cache in the user's
-folder never stands in the way: a file of it has a checksum, and what is damaged, or cannot be read
-or written, costs converting anew and one warning.
+They are converted from COLLADA (or STL, or OBJ) on first use, one OBJ a link and colour. The cache
+in the user's folder never stands in the way: a file of it has a checksum, and what is damaged, or
+cannot be read or written, costs converting anew and one warning.
 """
 
 from __future__ import annotations

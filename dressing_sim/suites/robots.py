@@ -121,7 +121,6 @@ def robot(values: Values, folder: Path) -> Robot:
                 raise InvalidInputError(f"no joints.{name}.{key}; valid is one for each joint")
     column = {key: tuple(said[key] for said in joints.values()) for key in _joint_keys()}
     base, urdf = values.get("base", {}), values["urdf"]
-    armature = {"armature": values[key] for key in ("rotor_inertia_kg_m2",) if key in values}
     return Robot(
         name=values["name"],
         urdf=urdf if urdf.startswith("package://") else str((folder / urdf).resolve()),
@@ -133,7 +132,7 @@ def robot(values: Values, folder: Path) -> Robot:
         servo=ServoConfig(
             stiffness=column["stiffness_n_m_per_rad"],
             damping=column["damping_n_m_s_per_rad"],
-            **armature,
+            armature=values.get("rotor_inertia_kg_m2", ServoConfig().armature),
         ),
         gripper=Gripper(
             hand.pop("flange", ""), **{_GRIPPER[key]: value for key, value in hand.items()}

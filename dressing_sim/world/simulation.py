@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.kernels import fastest, is_sound, servo_torques
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
-from dressing_sim.world.description import joint_limits
 from dressing_sim.world.person import Person
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
