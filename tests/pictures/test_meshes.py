@@ -6,9 +6,9 @@ import pytest
 
 from dressing_sim.pictures import meshes
 from dressing_sim.pictures.meshes import cache_folder, converted_meshes
-from dressing_sim.world.panda import mesh_path
+from dressing_sim.world.description import addressed
 
-COLLADA = mesh_path("package://example-robot-data/robots/panda_description/meshes/visual/hand.dae")
+COLLADA = addressed("package://example-robot-data/robots/panda_description/meshes/visual/hand.dae")
 
 
 @pytest.fixture(autouse=True)
