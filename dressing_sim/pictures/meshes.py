@@ -105,6 +105,11 @@ def robot_skin(robot: Robot) -> Iterator[SkinPart]:
     Raises:
         InvalidInputError: A mesh cannot be read.
     """
+    with read_by_others(urdf_path(robot), "robot that can be drawn"):
+        yield from _skin(robot)
+
+
+def _skin(robot: Robot) -> Iterator[SkinPart]:
     root, folder = ET.fromstring(urdf_text(robot)), urdf_path(robot).parent
     colours = {one.get("name", ""): _colour(one, {}) for one in root.findall("material")}
     for link in root.findall("link"):

@@ -236,9 +236,12 @@ def _attach(root: ET.Element, gripper: Gripper, tool: str) -> None:
 
 
 def _stand(root: ET.Element, robot: Robot) -> None:
-    """Put the robot on a root of its own, away from the origin."""
+    """Put the robot on a root of its own, which stands at the origin."""
     children = {_end(joint, "child") for joint in root.findall("joint")}
-    old = next(_name(link) for link in root.findall("link") if _name(link) not in children)
+    roots = [_name(link) for link in root.findall("link") if _name(link) not in children]
+    if len(roots) != 1:
+        raise _wrong(robot, f"its URDF has {len(roots)} links without a joint above, valid is one")
+    old = roots[0]
     if old == "world":  # which MuJoCo takes for its own, wherever it is
         old = "robot_root"
         for element in root.iter():
