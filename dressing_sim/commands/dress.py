@@ -49,7 +49,7 @@ def dress(
 
     Or: dressing-sim dress --posture bent40 --policy tp-gmm-rf --demonstrations case_b
 
-    Or: dressing-sim dress --posture bent40 --robot ur10
+    Or: dressing-sim dress --posture bent40 --policy expert --robot ur10
 
     Or: dressing-sim dress --posture bent65 --compare expert,tp-gmm --video both.mp4 --camera auto
 
