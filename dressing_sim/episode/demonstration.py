@@ -83,7 +83,8 @@ class Demonstration:
             if len(value) != len(self.positions):
                 raise InvalidInputError(
                     f"{on} {len(self.positions)} positions with {len(value)} {name}, valid is one "
-                    "position after each command" + (" and one of all else" if width < 7 else "")
+                    "position after each command"
+                    + (" and one of all else" if name != "commands" else "")
                 )
         check_metres(self.positions, f"{on} has")
         # As a file holds them: 1 and 1.0 would have different checksums.
