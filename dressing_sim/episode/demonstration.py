@@ -81,10 +81,10 @@ class Demonstration:
             value = real_array(given, ("T", width), f"{on} {name} has", unit, fewest=2)
             object.__setattr__(self, name, value)
             if len(value) != len(self.positions):
+                others = "" if name == "commands" else " and one of all else"
                 raise InvalidInputError(
                     f"{on} {len(self.positions)} positions with {len(value)} {name}, valid is one "
-                    "position after each command"
-                    + (" and one of all else" if name != "commands" else "")
+                    f"position after each command{others}"
                 )
         check_metres(self.positions, f"{on} has")
         # As a file holds them: 1 and 1.0 would have different checksums.

@@ -39,7 +39,7 @@ LONG = "x" * 5000
         ("planar --seed 99999999999999999999999", "seed is 9999"),
         (
             "dress --posture bent40 --robot R2D2",
-            "unknown robot 'R2D2'; valid is one of panda, ur10",
+            "unknown robot 'R2D2'; valid is one of panda",
         ),
         (
             "validate --postures 1000",
