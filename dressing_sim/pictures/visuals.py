@@ -40,7 +40,7 @@ def drawing_spec(
     _add_robot_skin(spec, config.robot)
     for part in person(posture):
         _add_surface(spec, part)
-    add_studio(spec, posture)
+    add_studio(spec, posture, config.robot.base_position)
     standing = np.concatenate([part.vertices for part in person(posture)])
     add_soft_shadow(spec, standing, posture.shoulder_position[2] - FLOOR)
     arm, chest = left_arm(posture), trunk(posture)
