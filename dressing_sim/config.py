@@ -23,7 +23,7 @@ def to_plain(config: Any) -> Any:
 
 
 def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
-    """The inverse of `to_plain`.
+    """The inverse of `to_plain`; a class may say in ``MOVED`` where older files have a setting.
 
     Raises:
         InvalidInputError: A key that the dataclass has not, or a value that a setting cannot have.
@@ -34,6 +34,7 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
             f"{kind.__name__}: got {shown(values, 40)}, valid is an object with the settings "
             f"{', '.join(hints)}"
         )
+    values = _as_now(kind, values)
     unknown = set(values) - set(hints)
     if unknown:
         raise InvalidInputError(
@@ -46,6 +47,17 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
             for name, value in values.items()
         }
     )
+
+
+def _as_now(kind: type[Any], values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Values of an older file, with each setting where it is now: within another one."""
+    moved: Mapping[str, str] = getattr(kind, "MOVED", {})
+    now = dict(values)
+    for name, into in moved.items():
+        inside = now.get(into, {})
+        if name in now and isinstance(inside, Mapping):
+            now[into] = {**inside, name: now.pop(name)}
+    return now
 
 
 #: What a value from a file must be for settings of these types, and what that is called.

@@ -71,10 +71,11 @@ def _compiled() -> str:
 
 
 def _robot() -> str:
-    from dressing_sim.control import PandaKinematics
-    from dressing_sim.world.panda import HOME, urdf_path
+    from dressing_sim.control import RobotKinematics
+    from dressing_sim.world.description import urdf_path
+    from dressing_sim.world.robot import PANDA
 
-    position, _ = PandaKinematics().tcp_pose(np.array(HOME))
+    position, _ = RobotKinematics().tcp_pose(np.array(PANDA.home))
     return f"{urdf_path()}, gripper at rest at {position.round(3).tolist()} m"
 
 

@@ -23,7 +23,7 @@ import psutil
 from dressing_sim import Operator, load_suite, record
 from dressing_sim.arm import ARM_SIZES, Posture
 from dressing_sim.benchmark.studies.agreement import decided, reference
-from dressing_sim.control import PandaKinematics
+from dressing_sim.control import RobotKinematics
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.operator import OperatorConfig
@@ -90,7 +90,7 @@ def worlds(count: int, seed: int) -> None:
 
 def extreme(rng: np.random.Generator) -> tuple[Posture, EpisodeConfig, Operator]:
     """A posture, a world and an operator; what no configuration accepts is drawn again."""
-    posture = sample_posture(f"extreme{rng.integers(2**31)}", rng, ARMS, PandaKinematics())
+    posture = sample_posture(f"extreme{rng.integers(2**31)}", rng, ARMS, RobotKinematics())
     speed = float(np.exp(rng.uniform(*np.log([0.03, 0.5]))))
     while True:
         fabric = np.exp(rng.uniform(*np.log([[0.05, 15, 1e-3], [0.5, 1500, 0.1]]))).tolist()

@@ -1,5 +1,5 @@
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, nan
 
 import pytest
@@ -10,8 +10,8 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import OperatorConfig
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.panda import ServoConfig
-from dressing_sim.world.scene import SolverConfig
+from dressing_sim.world.robot import PANDA, ServoConfig
+from dressing_sim.world.scene import SolverConfig, WorldConfig
 
 
 @dataclass(frozen=True)
@@ -111,3 +111,13 @@ def test_a_limit_may_be_switched_off_and_a_robot_need_not_be_drawn_to_its_rest()
     limits = dict.fromkeys(("strain", "grip_force", "link_force", "gripper_distance"), inf)
     assert Thresholds(**limits).grip_force == inf
     assert TrackingConfig(posture_cost=0.0).posture_cost == 0.0
+
+
+def test_files_of_before_robots_were_data_are_read():
+    old = to_plain(EpisodeConfig())
+    servo = {**old["world"].pop("robot")["servo"], "finger_force": 60.0}
+    old["world"]["servo"] = servo
+    robot = from_plain(EpisodeConfig, json.loads(json.dumps(old))).world.robot
+    assert robot == replace(PANDA, servo=replace(PANDA.servo, finger_force=60.0))
+    with pytest.raises(InvalidInputError, match="unknown setting servo"):
+        from_plain(WorldConfig, {"robot": 3, "servo": servo})

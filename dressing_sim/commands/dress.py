@@ -34,6 +34,7 @@ def dress(
     seed: int = 0,
     garment: str | None = None,
     person: str | None = None,
+    robot: str | None = None,
     compare: str | None = None,
     filming: tyro.conf.OmitArgPrefixes[Filming] = _NO_FILM,
     json: bool = False,
@@ -47,6 +48,8 @@ def dress(
     Or: dressing-sim dress --posture bent40 --garment hospital-gown --person ada.toml
 
     Or: dressing-sim dress --posture bent40 --policy tp-gmm-rf --demonstrations case_b
+
+    Or: dressing-sim dress --posture bent40 --policy expert --robot ur10
 
     Or: dressing-sim dress --posture bent65 --compare expert,tp-gmm --video both.mp4 --camera auto
 
@@ -62,12 +65,15 @@ def dress(
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
             with a height or a tape measure's sizes.
+        robot: which robot dresses, in demonstrations too: panda, ur10, or a TOML file with its
+            URDF and servos.
         compare: two policies A,B instead, filmed side by side.
         filming: what is filmed, and how.
         json: print the outcome as JSON.
     """
     from dressing_sim.episode.record import record
     from dressing_sim.suites.people import as_person, load_person
+    from dressing_sim.suites.robots import with_robot
     from dressing_sim.suites.suites import find_posture
     from dressing_sim.suites.wardrobe import world_with
 
@@ -75,11 +81,12 @@ def dress(
     check_seed(seed)
     if person is not None:
         (arm,) = as_person([arm], load_person(person))
-    config = world_with(garment)
+    config = with_robot(world_with(garment), robot)
     policies = [policy] if compare is None else names(compare)
     if compare is not None and len(policies) != 2:
         raise InvalidInputError(f"compare is {compare!r:.80}, valid is two policies, A,B")
-    inputs = [name for name in (posture, *policies, demonstrations, garment, person) if name]
+    given = (posture, *policies, demonstrations, garment, person, robot)
+    inputs = [name for name in given if name]
     films = filming.films(inputs, len(policies))
     shots, printed = [], []
     for number, one in enumerate(policies):

@@ -1,6 +1,6 @@
-"""Pinocchio kinematics of the Panda, and the inverse kinematics that follows a path."""
+"""Pinocchio kinematics of the robot, and the inverse kinematics that follows a path."""
 
-from dressing_sim.control.kinematics import PandaKinematics
+from dressing_sim.control.kinematics import RobotKinematics
 from dressing_sim.control.tracking import (
     HAND_DOWN,
     JointTrajectory,
@@ -13,7 +13,7 @@ from dressing_sim.control.tracking import (
 __all__ = [
     "HAND_DOWN",
     "JointTrajectory",
-    "PandaKinematics",
+    "RobotKinematics",
     "Tracker",
     "TrackingConfig",
     "configuration_at",

@@ -8,11 +8,6 @@ from numpy.typing import NDArray
 
 from dressing_sim.control.kernels import farthest_moves, moved
 
-#: Largest joint accelerations of a command [rad/s^2]: half of what the Panda's control interface
-#: accepts. A servo that is asked for more than its torque saturates, falls behind and overshoots.
-MAX_ACCELERATION = (7.5, 3.75, 5.0, 6.25, 7.5, 10.0, 10.0)
-
-
 #: Share of the joints' speed limits that commands use: next to a person half is plenty, and the
 #: servos overshoot by a few per cent.
 SPEED_SHARE = 0.5

@@ -16,7 +16,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from dressing_sim.errors import DressingSimError
-from dressing_sim.world.panda import HOME, TCP_BODY
+from dressing_sim.world.robot import Robot
 
 #: Keeps the program strictly convex whatever the weights are.
 _DAMPING = 1e-9
@@ -28,21 +28,22 @@ _UNBOUNDED = -1e30
 class MoveProgram:
     """The robot's arm at a configuration, and the best move from there.
 
-    A move of the joints dq minimises ``|W (J dq - e)|^2 + |w (q + dq - HOME)|^2``: e is the twist
+    A move of the joints dq minimises ``|W (J dq - e)|^2 + |w (q + dq - home)|^2``: e is the twist
     from the hand to its target, in the hand's frame, and J its derivative by the joints,
     ``Jlog6(target^-1 hand) J_hand``.
 
     Args:
         model: Pinocchio's model of the arm.
+        robot: Whose arm it is.
         posture_cost: Weight w of the joints' deviation from the resting posture [1/rad].
     """
 
-    def __init__(self, model: pin.Model, posture_cost: float) -> None:
+    def __init__(self, model: pin.Model, robot: Robot, posture_cost: float) -> None:
         self._model, self._data = model, model.createData()
-        frame = model.getFrameId(TCP_BODY)
+        frame = model.getFrameId(robot.tool)
         self._frame, self._hand = frame, self._data.oMf[frame]
         n = model.nv
-        self._home = np.array(HOME)
+        self._home = np.array(robot.home)
         self._posture = np.diag([posture_cost] * n)
         self._damping = _DAMPING * np.eye(n)
         self._posture_hessian = self._posture.T @ self._posture
@@ -54,11 +55,11 @@ class MoveProgram:
 
     @property
     def q(self) -> NDArray[np.float64]:
-        """Joint positions (7,) [rad], not to be written."""
+        """Joint positions (n,) [rad], not to be written."""
         return self._q
 
     def place(self, q: NDArray[np.float64]) -> None:
-        """Be at other joint positions (7,) [rad]; kinematics wait until they are needed."""
+        """Be at other joint positions (n,) [rad]; kinematics wait until they are needed."""
         self._q, self._known = q, False
 
     def _kinematics(self) -> None:
@@ -75,12 +76,12 @@ class MoveProgram:
     def move(
         self, target: pin.SE3, weight: NDArray[np.float64], bounds: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """The best move of the joints, (7,) [rad].
+        """The best move of the joints, (n,) [rad].
 
         Args:
             target: Pose of the hand, in the robot's base frame.
             weight: W, (6, 6): of position [1/m], then of rotation [1/rad].
-            bounds: The farthest that each joint may go up, then down, (14,) [rad].
+            bounds: The farthest that each joint may go up, then down, (2 n,) [rad].
         """
         self._kinematics()
         error = pin.log6(self._hand.actInv(target)).vector

@@ -17,12 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from dressing_sim.checks import real_array, real_vector
 from dressing_sim.config import check_numbers
-from dressing_sim.control.kinematics import PandaKinematics
-from dressing_sim.control.limits import MAX_ACCELERATION, JointLimits
+from dressing_sim.control.kinematics import RobotKinematics
+from dressing_sim.control.limits import JointLimits
 from dressing_sim.control.program import MoveProgram
 from dressing_sim.control.retiming import retime, smooth, times_of
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.panda import HOME
 
 #: The hand pointing down, fingers opening along the base's y axis.
 HAND_DOWN = np.diag([1.0, -1.0, -1.0])
@@ -66,7 +65,7 @@ class JointTrajectory:
     """Joint commands, one each `dt` seconds.
 
     Attributes:
-        positions: Joint positions, shape (n_steps, 7) [rad].
+        positions: Joint positions, shape (n_steps, n) [rad].
         dt: Time between two rows [s].
         targets: Where the gripper should be, shape (n_steps, 3), in the robot's base frame [m].
         errors: Distance between the commanded gripper and its target, shape (n_steps,) [m].
@@ -96,7 +95,8 @@ class Tracker:
     Args:
         kinematics: The robot.
         config: Weights, speed and limits.
-        acceleration: Largest acceleration of each joint, shape (7,) [rad/s^2].
+        acceleration: Largest acceleration of each joint, shape (n,) [rad/s^2]; the robot's if
+            not given.
 
     Attributes:
         error: Distance between the last command's gripper and the target it approached [m].
@@ -105,28 +105,30 @@ class Tracker:
 
     def __init__(
         self,
-        kinematics: PandaKinematics,
+        kinematics: RobotKinematics,
         config: TrackingConfig | None = None,
-        acceleration: ArrayLike = MAX_ACCELERATION,
+        acceleration: ArrayLike | None = None,
     ) -> None:
         self.config = config or TrackingConfig()
-        self._program = MoveProgram(kinematics.model, self.config.posture_cost)
-        self._limits = JointLimits(kinematics.model, np.array(acceleration, dtype=float))
+        robot, model = kinematics.robot, kinematics.model
+        self._program = MoveProgram(model, robot, self.config.posture_cost)
+        most = robot.acceleration if acceleration is None else acceleration
+        self._limits = JointLimits(model, np.array(most, dtype=float))
         # The third rotation, about the hand's own axis, costs nothing unless it is asked for.
         place, tilt = self.config.position_cost, self.config.tilt_cost
         self._weight = np.diag([place, place, place, tilt, tilt, 0.0])
         self._turning_weight = np.diag([place, place, place, tilt, tilt, tilt])
         self._target: NDArray[np.float64] | None = None
-        self.reset(np.array(HOME))
+        self.reset(np.array(robot.home))
 
     @property
     def command(self) -> NDArray[np.float64]:
-        """The last command: joint positions (7,) [rad]."""
+        """The last command: joint positions (n,) [rad]."""
         return self._program.q.copy()
 
     @property
     def velocity(self) -> NDArray[np.float64]:
-        """What the joints moved with in the last step, (7,) [rad/s]."""
+        """What the joints moved with in the last step, (n,) [rad/s]."""
         return self._limits.velocity.copy()
 
     @property
@@ -146,15 +148,15 @@ class Tracker:
         """Begin anew from a configuration. From beyond the limits the joints come back to them.
 
         Args:
-            q: Joint positions (7,) [rad].
-            velocity: What the joints move with, (7,) [rad/s]; zero if not given.
+            q: Joint positions (n,) [rad].
+            velocity: What the joints move with, (n,) [rad/s]; zero if not given.
             target: The target (3,) before the next one [m]; the gripper's place if not given.
             speed: How fast that target was approached [m/s].
 
         Raises:
             InvalidInputError: A value of another shape, or one that is not finite.
         """
-        n = len(HOME)
+        n = len(self._limits.lower)
         self._program.place(real_vector(q, n, "joint positions have", "rad"))
         self._limits.velocity = np.zeros(n)
         if velocity is not None:
@@ -175,7 +177,7 @@ class Tracker:
                 the vertical.
 
         Returns:
-            The command: joint positions (7,) [rad].
+            The command: joint positions (n,) [rad].
 
         Raises:
             InvalidInputError: A value of another shape, not finite, or no rotation.
@@ -226,7 +228,7 @@ def checked_rotation(values: object) -> NDArray[np.float64]:
 
 def configuration_at(
     position: NDArray[np.float64],
-    kinematics: PandaKinematics,
+    kinematics: RobotKinematics,
     config: TrackingConfig | None = None,
     max_steps: int = 500,
 ) -> tuple[NDArray[np.float64], float]:
@@ -239,10 +241,10 @@ def configuration_at(
         max_steps: Control steps after which the search ends.
 
     Returns:
-        Joint positions (7,) [rad], and the distance left [m].
+        Joint positions (n,) [rad], and the distance left [m].
     """
-    tracker = Tracker(kinematics, config, np.full(len(HOME), np.inf))
-    previous = np.array(HOME)
+    tracker = Tracker(kinematics, config, np.full(kinematics.robot.n_joints, np.inf))
+    previous = np.array(kinematics.robot.home)
     # The place is searched for, not led to: it is the target from the start.
     tracker.reset(previous, target=position)
     for _ in range(max_steps):
@@ -257,7 +259,7 @@ def track_path(
     path: NDArray[np.float64],
     path_dt: float,
     start: NDArray[np.float64],
-    kinematics: PandaKinematics,
+    kinematics: RobotKinematics,
     config: TrackingConfig | None = None,
     max_duration: float = np.inf,
 ) -> JointTrajectory:
@@ -266,7 +268,7 @@ def track_path(
     Args:
         path: Positions of the gripper, shape (n, 3), in the robot's base frame [m].
         path_dt: Time between two rows [s].
-        start: Joint positions (7,) to start from [rad].
+        start: Joint positions (n,) to start from [rad].
         kinematics: The robot.
         config: Weights, speed and limits.
         max_duration: What comes later is left out [s].
@@ -284,7 +286,7 @@ def track_path(
     targets = retime(whole, path_dt, config.dt, config.max_speed, max_duration)
     targets = smooth(targets, config.dt, config.smoothing)
     errors = np.empty(len(targets))
-    positions = np.empty((len(targets), len(HOME)))
+    positions = np.empty((len(targets), kinematics.robot.n_joints))
     for i, target in enumerate(targets):
         positions[i] = tracker.step(target)
         errors[i] = tracker.error

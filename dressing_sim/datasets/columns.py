@@ -33,7 +33,7 @@ OBSERVED: Mapping[str, int] = {
     "wrist_position": 3,
     "wrist_axes": 9,
 }
-OPTIONAL: Mapping[str, int] = {"joint_command": 7, "orientation": 4, "force": 3}
+OPTIONAL: Mapping[str, int | str] = {"joint_command": "n", "orientation": 4, "force": 3}
 
 #: What the fields of a `Demonstration` are called among the observations.
 _NAMES = {"commands": "joint_command", "orientations": "orientation", "forces": "force"}

@@ -33,7 +33,11 @@ FORMAT_VERSION = 2
 _VALID = "valid is a file written by 'dressing-sim demonstrate' or 'dressing-sim import'"
 
 #: What a demonstration may have besides positions: its columns and their unit.
-_OPTIONAL = {"commands": (7, "rad"), "orientations": (4, "1"), "forces": (3, "N")}
+_OPTIONAL: Mapping[str, tuple[int | str, str]] = {
+    "commands": ("n", "rad"),
+    "orientations": (4, "1"),
+    "forces": (3, "N"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +49,7 @@ class Demonstration:
         dt: Time between two rows [s].
         posture: The arm; its shoulder, elbow and wrist give the frames.
         seed: Seed of the operator's variability.
-        commands: Joint commands that were played, shape (T, 7), one each `dt` [rad]; playing them
+        commands: Joint commands that were played, shape (T, n), one each `dt` [rad]; playing them
             in the same world gives the same positions, bit for bit. None for a recording of
             another robot, or of a hand.
         settings: Settings of the world, the robot and the operator, plain values.
@@ -77,9 +81,10 @@ class Demonstration:
             value = real_array(given, ("T", width), f"{on} {name} has", unit, fewest=2)
             object.__setattr__(self, name, value)
             if len(value) != len(self.positions):
+                others = "" if name == "commands" else " and one of all else"
                 raise InvalidInputError(
                     f"{on} {len(self.positions)} positions with {len(value)} {name}, valid is one "
-                    "position after each command" + (" and one of all else" if width < 7 else "")
+                    f"position after each command{others}"
                 )
         check_metres(self.positions, f"{on} has")
         # As a file holds them: 1 and 1.0 would have different checksums.
@@ -105,7 +110,7 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     """Write demonstrations to an HDF5 file; an existing file is replaced, all or nothing.
 
     One group a demonstration, ``0``, ``1``, ...: datasets ``positions`` (T, 3) [m], ``commands``
-    (T, 7) [rad], ``orientations`` (T, 4) and ``forces`` (T, 3) [N] if it has them, ``shoulder``,
+    (T, n) [rad], ``orientations`` (T, 4) and ``forces`` (T, 3) [N] if it has them, ``shoulder``,
     ``elbow``, ``wrist`` (3,) [m]; attributes ``dt`` [s], ``seed``, ``posture``, ``settings``,
     ``versions`` as JSON, and a checksum of all this. An attribute ``provenance`` of the file says,
     as JSON too, what wrote it (see `dressing_sim.provenance`). ``format_version`` is 1 if each has

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.checks import listed, of_kind, real_vector
 from dressing_sim.config import to_plain
-from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, configuration_at
-from dressing_sim.control.limits import MAX_ACCELERATION
+from dressing_sim.control import RobotKinematics, Tracker, TrackingConfig, configuration_at
 from dressing_sim.episode.capture import MotionCapture
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.judge import ProtectiveStop, judge, margins
@@ -41,7 +40,7 @@ class _Settled:
     """The world before the robot moves, to be copied, and how far it is from the right start."""
 
     world: World
-    kinematics: PandaKinematics
+    kinematics: RobotKinematics
     error: float
 
 
@@ -49,7 +48,7 @@ class _Settled:
 @lru_cache(maxsize=1)
 def _settled(posture: Posture, config: WorldConfig, tracking: TrackingConfig) -> _Settled:
     """The cloth falls until it hangs still, for at most three times the settling time."""
-    kinematics = PandaKinematics()
+    kinematics = RobotKinematics(config.robot)
     q, error = configuration_at(grip_start(posture, config.sleeve), kinematics, tracking)
     world = World(posture, config, q)
     while world.time < 3.0 * config.settle_time and world.invalid_reason is None:
@@ -76,7 +75,7 @@ class Dressing:
         config: As given, or the default.
         rules: As given.
         kinematics: The robot's kinematics.
-        start_configuration: The robot's joint positions at the start, (7,) [rad].
+        start_configuration: The robot's joint positions at the start, (n,) [rad].
         start: Where the gripper is at the start, (3,), in the robot's base frame [m].
         start_error: How far that is from where the sleeve should be held [m].
     """
@@ -118,7 +117,7 @@ class Dressing:
         """Begin anew: the sleeve hangs still from the gripper, which is at `start`.
 
         Args:
-            command: Joint positions (7,) [rad] that the servos are asked for at the start; those
+            command: Joint positions (n,) [rad] that the servos are asked for at the start; those
                 of the settled robot if not given.
             target: Where the gripper should be at the start, (3,) [m]; `start` if not given.
 
@@ -168,7 +167,7 @@ class Dressing:
         """Play one joint command, such as a recorded one; like `step`, but nothing is tracked.
 
         Args:
-            command: Joint positions (7,) [rad], as they come: their limits are not checked.
+            command: Joint positions (n,) [rad], as they come: their limits are not checked.
             target: Where the gripper should be, (3,) [m], for the tracking error; by the robot's
                 kinematics if not given.
         """
@@ -186,8 +185,8 @@ class Dressing:
         A path that is played ends so; from rest not a bit of the command changes.
         """
         self._check_goes_on()
-        dt = self.config.tracking.dt
-        slower = np.maximum(np.abs(self._velocity) - np.array(MAX_ACCELERATION) * dt, 0.0)
+        dt, most = self.config.tracking.dt, np.array(self.config.world.robot.acceleration)
+        slower = np.maximum(np.abs(self._velocity) - most * dt, 0.0)
         rest = self._command + dt * np.copysign(slower, self._velocity)
         return self.step_joints(rest, self._target)
 
@@ -261,7 +260,7 @@ class Dressing:
 
     @property
     def command(self) -> NDArray[np.float64]:
-        """The last joint command (7,) [rad]."""
+        """The last joint command (n,) [rad]."""
         self._check_begun()
         return self._command.copy()
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from dressing_sim.episode.columns import Columns
 from dressing_sim.episode.trace import Limited, Trace
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.dressed import ArmAxis
 from dressing_sim.world.kernels import longest, near_limits
 from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.simulation import World
 from dressing_sim.world.strain import StrainGauge
 
@@ -38,7 +38,7 @@ class Row:
         tcp: Gripper (3,), in the robot's base frame [m]; as all that is read off places in the
             world, of one physics step before ``joint_position``.
         tracking_error: Distance between gripper and target at that time [m].
-        joint_position: Of the robot's arm, (7,) [rad].
+        joint_position: Of the robot's arm, (n,) [rad].
         grip_force: Pull of the gripper on the cloth, as a force sensor reads it [N].
         link_force: Net force of the cloth on each link of `dressing_sim.world.mannequin.LINKS`, as
             a force sensor reads it, (n_links, 3), in the robot's base frame [N].
@@ -91,7 +91,7 @@ class Meter:
         self._ends = [0, world.mesh.along - 1]
         self._columns = Columns()
         self._trace: Trace | None = None
-        limits = joint_limits()
+        limits = joint_limits(world.config.robot)
         self._middle = 0.5 * (limits.upper + limits.lower)
         # Of positions, counted from the middle of their range, speeds and torques.
         half = 0.5 * (limits.upper - limits.lower)

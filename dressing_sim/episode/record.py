@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.checks import function_or_none, of_kind, whole_number
+from dressing_sim.checks import function_or_none, of_kind, real_array, whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.control import JointTrajectory
 from dressing_sim.episode.closed_loop import close_the_loop
@@ -148,6 +148,8 @@ def replay(demonstration: Demonstration, observer: Observer | None = None) -> Re
         )
     config = from_plain(EpisodeConfig, demonstration.settings["episode"])
     dressing = Dressing(demonstration.posture, config)
+    n_joints = dressing.kinematics.robot.n_joints
+    commands = real_array(commands, ("T", n_joints), "commands have", "rad")
     targets = np.array([dressing.kinematics.tcp_pose(q)[0] for q in commands])
     trajectory = JointTrajectory(commands, demonstration.dt, targets, np.zeros(len(commands)))
     return play(dressing, trajectory, observer)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +36,18 @@ _SLANT = np.array([0.12, -0.22])
 _WOOD, _CLOTH, _STEEL = (0.80, 0.68, 0.52, 1.0), (0.42, 0.50, 0.52, 1.0), (0.34, 0.35, 0.37, 1.0)
 
 
-def add_studio(spec: mujoco.MjSpec, posture: Posture) -> None:
-    """Add all of it to a model that is made for drawing."""
+def add_studio(spec: mujoco.MjSpec, posture: Posture, base: Sequence[float]) -> None:
+    """Add all of it to a model that is made for drawing.
+
+    Args:
+        spec: Model to edit.
+        posture: Of the person, who sits on the chair.
+        base: Where the robot stands, (3,) [m].
+    """
     floor = posture.shoulder_position[2] - FLOOR
     _add_floor(spec, floor)
     _add_chair(spec, posture, floor)
-    _add_stand(spec, floor)
+    _add_stand(spec, floor, base)
     _add_light(spec)
     for name, (eye, target) in VIEWS.items():
         quat = Rotation.from_matrix(looking(np.array(eye), np.array(target)))
@@ -122,11 +130,14 @@ def _add_chair(spec: mujoco.MjSpec, posture: Posture, floor: float) -> None:
         _bar(spec, low, low + 0.47 * UP - 0.055 * FORWARD, 0.014)
 
 
-def _add_stand(spec: mujoco.MjSpec, floor: float) -> None:
-    _solid(spec, "box", (0.15, 0.13, 0.012), (-0.045, 0.0, -0.013), _STEEL)
-    half = 0.5 * (-0.025 - floor)
-    _solid(spec, "box", (0.075, 0.075, half), (-0.045, 0.0, -0.025 - half), (0.50, 0.51, 0.53, 1.0))
-    _solid(spec, "box", (0.24, 0.22, 0.015), (-0.045, 0.0, floor + 0.015), _STEEL)
+def _add_stand(spec: mujoco.MjSpec, floor: float, base: Sequence[float]) -> None:
+    x, y, top = base[0] - 0.045, base[1], base[2]
+    half = 0.5 * (top - 0.025 - floor)
+    if half <= 0.0:
+        return  # the robot stands on the floor
+    _solid(spec, "box", (0.15, 0.13, 0.012), (x, y, top - 0.013), _STEEL)
+    _solid(spec, "box", (0.075, 0.075, half), (x, y, top - 0.025 - half), (0.50, 0.51, 0.53, 1.0))
+    _solid(spec, "box", (0.24, 0.22, 0.015), (x, y, floor + 0.015), _STEEL)
 
 
 def _add_light(spec: mujoco.MjSpec) -> None:

@@ -12,7 +12,8 @@ from dressing_sim.pictures.meshes import robot_skin
 from dressing_sim.pictures.person import FLOOR, Surface, left_arm, person, trunk
 from dressing_sim.pictures.strain_colours import StrainScale
 from dressing_sim.pictures.studio import add_soft_shadow, add_studio
-from dressing_sim.world.panda import ServoConfig, panda_spec
+from dressing_sim.world.robot import Robot
+from dressing_sim.world.robot_spec import robot_spec
 from dressing_sim.world.scene import WorldConfig, resting_sleeve
 
 #: Geom groups of pictures: visual meshes are shown, collision shapes of the robot are not.
@@ -35,11 +36,11 @@ def drawing_spec(
         strain_top: Strain of the last colour of a sleeve in colours of strain; None for cloth in
             its own.
     """
-    spec = panda_spec(ServoConfig(), contype=0, conaffinity=0)
-    _add_robot_skin(spec)
+    spec = robot_spec(config.robot, contype=0, conaffinity=0)
+    _add_robot_skin(spec, config.robot)
     for part in person(posture):
         _add_surface(spec, part)
-    add_studio(spec, posture)
+    add_studio(spec, posture, config.robot.base_position)
     standing = np.concatenate([part.vertices for part in person(posture)])
     add_soft_shadow(spec, standing, posture.shoulder_position[2] - FLOOR)
     arm, chest = left_arm(posture), trunk(posture)
@@ -88,8 +89,8 @@ def _add_surface(spec: mujoco.MjSpec, part: Surface) -> None:
     )
 
 
-def _add_robot_skin(spec: mujoco.MjSpec) -> None:
-    for part in robot_skin():
+def _add_robot_skin(spec: mujoco.MjSpec, robot: Robot) -> None:
+    for part in robot_skin(robot):
         if spec.mesh(part.name) is None:
             spec.assets[f"{part.name}.obj"] = part.obj.encode()
             spec.add_mesh(
@@ -100,6 +101,7 @@ def _add_robot_skin(spec: mujoco.MjSpec) -> None:
         spec.body(part.link).add_geom(
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=part.name,
+            pos=part.xyz,
             quat=Rotation.from_euler("xyz", part.rpy).as_quat(scalar_first=True),
             rgba=[*(byte / 255.0 for byte in bytes.fromhex(part.colour)), 1.0],
             contype=0,

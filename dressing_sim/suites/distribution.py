@@ -17,7 +17,7 @@ from dressing_sim.arm import (
     Posture,
 )
 from dressing_sim.checks import of_kind, whole_number
-from dressing_sim.control import PandaKinematics, TrackingConfig, configuration_at, track_path
+from dressing_sim.control import RobotKinematics, TrackingConfig, configuration_at, track_path
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.scene import WorldConfig, grip_start
 
@@ -107,7 +107,7 @@ def sample_postures(
     valid = "a PostureDistribution or None"
     of_kind(distribution, (PostureDistribution, NoneType), "distribution", valid)
     of_kind(prefix, str, "prefix", "a text")
-    distribution, kinematics = distribution or PostureDistribution(), PandaKinematics()
+    distribution, kinematics = distribution or PostureDistribution(), RobotKinematics()
     return [sample_posture(f"{prefix}{i}", rng, distribution, kinematics) for i in range(n)]
 
 
@@ -115,7 +115,7 @@ def sample_posture(
     name: str,
     rng: np.random.Generator,
     distribution: PostureDistribution,
-    kinematics: PandaKinematics,
+    kinematics: RobotKinematics,
 ) -> Posture:
     """One random posture, see `sample_postures`."""
     refused: Counter[str] = Counter()
@@ -142,7 +142,7 @@ def sample_posture(
 
 
 def refusal(
-    posture: Posture, distribution: PostureDistribution, kinematics: PandaKinematics
+    posture: Posture, distribution: PostureDistribution, kinematics: RobotKinematics
 ) -> str | None:
     """Why a posture in the ranges is not kept, or None if it is.
 
@@ -162,7 +162,7 @@ def refusal(
     return None
 
 
-def reachable(posture: Posture, kinematics: PandaKinematics, clearance: float) -> bool:
+def reachable(posture: Posture, kinematics: RobotKinematics, clearance: float) -> bool:
     """Whether the robot can follow the arm, from where the sleeve is held to above the shoulder.
 
     Args:

@@ -43,8 +43,21 @@ class Choice:
     names: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Each:
+    """Tables that a file may have by names of its own, all of the same keys.
+
+    Attributes:
+        name: What the names are of.
+        schema: What each of the tables may say.
+    """
+
+    name: str
+    schema: Schema
+
+
 #: What a file may say, by key; a table within a file is a mapping.
-Schema = Mapping[str, "Measure | Choice | Schema"]
+Schema = Mapping[str, "Measure | Choice | Each | Schema"]
 
 Values = dict[str, Any]
 
@@ -84,7 +97,10 @@ def _checked(values: Mapping[str, Any], schema: Schema, inside: str) -> Values:
             checked[key] = value
         elif isinstance(wanted, Choice):
             checked[key] = clean_name(value, name)
-        elif isinstance(value, Mapping):
+        elif isinstance(value, Mapping) and isinstance(wanted, Each):
+            tables = {clean_name(one, f"{name}: a name"): wanted.schema for one in value}
+            checked[key] = _checked(value, tables, f"{name}.")
+        elif isinstance(value, Mapping) and not isinstance(wanted, Each):
             checked[key] = _checked(value, wanted, f"{name}.")
         else:
             raise InvalidInputError(f"{name} is {shown(value)}, valid is a table of measures")
@@ -157,6 +173,8 @@ def schema_table(schema: Schema, inside: str = "") -> list[str]:
         elif isinstance(wanted, Choice):
             named = ", ".join(f"`{one}`" for one in wanted.names) or "a name"
             lines.append(f"| {name} | - | {named} | {wanted.what} |")
+        elif isinstance(wanted, Each):
+            lines += schema_table(wanted.schema, f"{inside}{key}.{wanted.name}.")
         else:
             lines += schema_table(wanted, f"{inside}{key}.")
     return lines

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dressing_sim.arm import Posture
-from dressing_sim.control import PandaKinematics
+from dressing_sim.control import RobotKinematics
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.motion import COORDINATES, UNITS, Drift, Motion, Sway
 from dressing_sim.suites.distribution import (
@@ -78,7 +78,7 @@ def sample_moving_postures(
     prefix: str = "moving",
 ) -> list[Posture]:
     """Random postures, as of `sample_postures`, that move at random, within reach all the time."""
-    kinematics, kept = PandaKinematics(), []
+    kinematics, kept = RobotKinematics(), []
     for number in range(n):
         for _ in range(MAX_DRAWS):
             posture = sample_posture(f"{prefix}{number}", rng, distribution, kinematics)

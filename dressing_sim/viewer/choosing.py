@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.checks import of_kind
-from dressing_sim.control import PandaKinematics
+from dressing_sim.control import RobotKinematics
 from dressing_sim.learning import Policy
 from dressing_sim.viewer.choices import Choices
 from dressing_sim.viewer.lessons import Lessons
@@ -42,7 +42,7 @@ class Choosing(Watched, ABC):
         self.rest: NDArray[np.float64] | None = None
         self.showing = False
         self._look = 0
-        self._kinematics = PandaKinematics()
+        self._kinematics = RobotKinematics()
         self._lock = threading.RLock()
         self._previewing = ThreadPoolExecutor(1, "preview")
         self._learning = ThreadPoolExecutor(1, "learn")

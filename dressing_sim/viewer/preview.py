@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.control import PandaKinematics, configuration_at
+from dressing_sim.control import RobotKinematics, configuration_at
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.errors import DressingSimError
@@ -63,7 +63,7 @@ def preview(choices: Choices, policy: Policy | None) -> Preview:
     return Preview(choices, start, mesh, path)
 
 
-def resting(shown: Preview, kinematics: PandaKinematics) -> NDArray[np.float64]:
+def resting(shown: Preview, kinematics: RobotKinematics) -> NDArray[np.float64]:
     """Joint positions (7,) with which the robot holds the sleeve [rad]; it takes a moment."""
     return configuration_at(shown.start, kinematics, shown.choices.config().tracking)[0]
 

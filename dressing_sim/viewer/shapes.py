@@ -17,7 +17,8 @@ from dressing_sim.pictures.person import SKIN_INSET
 from dressing_sim.pictures.strain_colours import COLOURS
 from dressing_sim.pictures.subdivision import subdivided
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS, SHIRT, SKIN, add_mannequin
-from dressing_sim.world.panda import ARM_JOINTS, ServoConfig, panda_spec
+from dressing_sim.world.robot import PANDA
+from dressing_sim.world.robot_spec import robot_spec
 from dressing_sim.world.scene import compiled
 from dressing_sim.world.sleeve import SleeveMesh
 from dressing_sim.world.strain import StrainGauge
@@ -128,13 +129,13 @@ class Robot:
     """
 
     def __init__(self) -> None:
-        self._model = compiled(panda_spec(ServoConfig(), 0, 0))
+        self._model = compiled(robot_spec(PANDA, 0, 0))
         self._data = mujoco.MjData(self._model)
-        self._joints = [self._model.joint(name).qposadr[0] for name in ARM_JOINTS]
+        self._joints = [self._model.joint(name).qposadr[0] for name in PANDA.joints]
         self.skin: dict[str, list[Mesh]] = {}
-        for part in robot_skin():
+        for part in robot_skin(PANDA):
             vertices, faces = read_obj(part.obj)
-            turned = Rotation.from_euler("xyz", part.rpy).apply(vertices)
+            turned = Rotation.from_euler("xyz", part.rpy).apply(vertices) + part.xyz
             # White as white plastic is under a lamp; a browser would burn it out.
             red, green, blue = (round(0.86 * byte) for byte in bytes.fromhex(part.colour))
             mesh = Mesh(*coarser(turned, faces), (red, green, blue))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
@@ -12,11 +13,8 @@ from dressing_sim.arm import Posture
 from dressing_sim.config import check_kinds
 from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.world.mannequin import add_mannequin
-from dressing_sim.world.panda import (
-    TCP_BODY,
-    ServoConfig,
-    panda_spec,
-)
+from dressing_sim.world.robot import Robot
+from dressing_sim.world.robot_spec import robot_spec
 from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, add_sleeve, sleeve_mesh, vertex_body
 
 # Contact bits. Cloth and robot both touch the mannequin; nothing else touches anything: the
@@ -60,13 +58,16 @@ class WorldConfig:
     """Everything about the world but the posture."""
 
     sleeve: SleeveConfig = field(default_factory=SleeveConfig)
-    servo: ServoConfig = field(default_factory=ServoConfig)
+    robot: Robot = field(default_factory=Robot)
     solver: SolverConfig = field(default_factory=SolverConfig)
     settle_time: float = 1.0
     """How long the cloth falls before an episode starts [s]."""
     grip_strength: float = 42.0
     """Pull at which the cloth slips from the fingers [N]: the Panda hand's continuous clamping
     force of 70 N times friction of 0.3 on two sides."""
+
+    #: Where older files have a setting that is within another one now.
+    MOVED = MappingProxyType({"servo": "robot"})
 
     def __post_init__(self) -> None:
         check_kinds(self, "world")
@@ -105,7 +106,7 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
         The spec, and the sleeve's mesh at rest. The grip's constraints are in the spec, but their
         anchors on the hand are not: they depend on where the hand is (see `World`).
     """
-    spec = panda_spec(config.servo, contype=_ROBOT, conaffinity=_MANNEQUIN)
+    spec = robot_spec(config.robot, contype=_ROBOT, conaffinity=_MANNEQUIN)
     spec.modelname = f"dressing {posture.name}"
     option = spec.option
     option.timestep = config.solver.timestep
@@ -124,7 +125,7 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
             name=grip_name(vertex),
             type=mujoco.mjtEq.mjEQ_CONNECT,
             objtype=mujoco.mjtObj.mjOBJ_BODY,
-            name1=TCP_BODY,
+            name1=config.robot.tool,
             name2=vertex_body(vertex),
             solref=[config.sleeve.contact_time, 1.0],
             solimp=[config.sleeve.grip_impedance, config.sleeve.grip_impedance, 0.001, 0.5, 2.0],

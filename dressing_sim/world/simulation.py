@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.contacts import ClothForces, ContactReader, Touch
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.kernels import fastest, is_sound, servo_torques
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
-from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
 from dressing_sim.world.person import Person
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
 from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
@@ -53,8 +53,8 @@ class World:
 
     Args:
         posture: The mannequin's posture.
-        config: Cloth, servos, solver.
-        arm_configuration: Joint positions (7,) to start from [rad]; the hand's pose there decides
+        config: Cloth, robot, solver.
+        arm_configuration: Joint positions (n,) to start from [rad]; the hand's pose there decides
             where the grip holds the sleeve, so the gripper should be at `grip_start`.
 
     Attributes:
@@ -78,15 +78,17 @@ class World:
         self.model = compiled(spec)
         self.data = mujoco.MjData(self.model)
         model = self.model
-        self._tcp = model.body(TCP_BODY).id
+        robot = config.robot
+        self._tcp = model.body(robot.tool).id
         # The joints of a chain follow one another, and so do their servos.
-        self._arm_qpos = _seven(model.joint(ARM_JOINTS[0]).qposadr[0])
-        self._arm_dof = _seven(model.joint(ARM_JOINTS[0]).dofadr[0])
-        self._arm_actuator = _seven(model.actuator(ARM_JOINTS[0]).id)
+        self._arm_qpos = _following(model.joint(robot.joints[0]).qposadr[0], robot.n_joints)
+        self._arm_dof = _following(model.joint(robot.joints[0]).dofadr[0], robot.n_joints)
+        self._arm_actuator = _following(model.actuator(robot.joints[0]).id, robot.n_joints)
         self._grip = np.array([model.equality(grip_name(v)).id for v in mesh.gripped])
-        self._stiffness = np.array(config.servo.stiffness)
-        self._damping = np.array(config.servo.damping)
+        self._stiffness = np.array(robot.servo.stiffness)
+        self._damping = np.array(robot.servo.damping)
         self._lag = self._damping / self._stiffness
+        self._effort = joint_limits(robot).effort
         flex = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_FLEX, FLEX)
         first = model.flex_vertadr[flex]
         # A vertex slides along the world's axes, and vertices follow one another.
@@ -179,8 +181,8 @@ class World:
         """Set the arm servos' reference.
 
         Args:
-            positions: Joint positions (7,) [rad].
-            velocities: Joint velocities (7,) [rad/s]; fed forward, so that the servos' damping
+            positions: Joint positions (n,) [rad].
+            velocities: Joint velocities (n,) [rad/s]; fed forward, so that the servos' damping
                 does not make the arm lag behind a moving reference.
         """
         self.data.ctrl[self._arm_actuator] = positions + self._lag * velocities
@@ -234,17 +236,17 @@ class World:
 
     @property
     def arm_configuration(self) -> NDArray[np.float64]:
-        """Joint positions (7,) of the arm [rad]."""
+        """Joint positions (n,) of the arm [rad]."""
         return self.data.qpos[self._arm_qpos].copy()
 
     @property
     def arm_velocity(self) -> NDArray[np.float64]:
-        """Joint velocities (7,) of the arm [rad/s]."""
+        """Joint velocities (n,) of the arm [rad/s]."""
         return self.data.qvel[self._arm_dof].copy()
 
     @property
     def arm_torque(self) -> NDArray[np.float64]:
-        """Torques (7,) of the arm's joints in the last step, gravity included [N m]."""
+        """Torques (n,) of the arm's joints in the last step, gravity included [N m]."""
         # MuJoCo clips what a servo would do in the state before the step. If that is within the
         # limit, the discrete integrator applies what it does in the state after the step.
         data, dofs = self.data, self._arm_dof
@@ -256,7 +258,7 @@ class World:
             data.qfrc_gravcomp[dofs],
             self._stiffness,
             self._damping,
-            joint_limits().effort,
+            self._effort,
         )
         return torque
 
@@ -306,7 +308,7 @@ class World:
         """Distance (n,) [m] of the robot from the mannequin, negative where they overlap.
 
         Args:
-            configurations: Joint positions of the robot's arm, (n, 7) [rad].
+            configurations: Joint positions of the robot's arm, (n, n_joints) [rad].
             persons: `person` in each of them, (n, 7); its posture if not given.
         """
         data = mujoco.MjData(self.model)
@@ -364,5 +366,5 @@ class World:
         return self._contacts.touches(self.data)
 
 
-def _seven(first: int) -> slice:
-    return slice(int(first), int(first) + len(ARM_JOINTS))
+def _following(first: int, n: int) -> slice:
+    return slice(int(first), int(first) + n)

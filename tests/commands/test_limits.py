@@ -38,6 +38,10 @@ LONG = "x" * 5000
         ("planar --workers 100000", "workers is 100000, valid is"),
         ("planar --seed 99999999999999999999999", "seed is 9999"),
         (
+            "dress --posture bent40 --robot R2D2",
+            "unknown robot 'R2D2'; valid is one of panda",
+        ),
+        (
             "validate --postures 1000",
             "postures is 1000, valid is 1 to 50, as many",
         ),

@@ -7,12 +7,12 @@ import pytest
 from pink.limits.limit import Limit
 from pink.tasks import FrameTask, PostureTask
 
-from dressing_sim.control import HAND_DOWN, PandaKinematics, Tracker, TrackingConfig
-from dressing_sim.control.limits import MAX_ACCELERATION, JointLimits
+from dressing_sim.control import HAND_DOWN, RobotKinematics, Tracker, TrackingConfig
+from dressing_sim.control.limits import JointLimits
 from dressing_sim.control.program import MoveProgram
-from dressing_sim.world.panda import HOME, TCP_BODY
+from dressing_sim.world.robot import PANDA
 
-MODEL = PandaKinematics().model
+MODEL = RobotKinematics().model
 CONFIG = TrackingConfig()
 
 
@@ -27,10 +27,10 @@ class Bounds(Limit):
 
 
 def pinks_move(q, target, tilts, bounds):
-    hand = FrameTask(TCP_BODY, position_cost=CONFIG.position_cost, orientation_cost=tilts)
+    hand = FrameTask(PANDA.tool, position_cost=CONFIG.position_cost, orientation_cost=tilts)
     hand.set_target(target)
     posture = PostureTask(cost=CONFIG.posture_cost)
-    posture.set_target(np.array(HOME))
+    posture.set_target(np.array(PANDA.home))
     return pink.solve_ik(
         pink.Configuration(MODEL, MODEL.createData(), q),
         [hand, posture],
@@ -46,9 +46,9 @@ def pinks_move(q, target, tilts, bounds):
 @pytest.mark.parametrize("seed", range(8))
 def test_a_move_is_pinks_to_the_bit(seed, turn):
     rng = np.random.default_rng(seed)
-    program = MoveProgram(MODEL, CONFIG.posture_cost)
-    limits = JointLimits(MODEL, np.array(MAX_ACCELERATION))
-    q = np.array(HOME) + rng.uniform(-0.3, 0.3, 7)
+    program = MoveProgram(MODEL, PANDA, CONFIG.posture_cost)
+    limits = JointLimits(MODEL, np.array(PANDA.acceleration))
+    q = np.array(PANDA.home) + rng.uniform(-0.3, 0.3, 7)
     weight = np.diag([*[CONFIG.position_cost] * 3, *[CONFIG.tilt_cost] * 2, turn])
     target = pin.SE3(HAND_DOWN, rng.uniform([0.3, -0.4, 0.2], [0.6, 0.4, 0.7]))
     for _ in range(5):
@@ -67,8 +67,8 @@ def test_a_move_is_pinks_to_the_bit(seed, turn):
 
 def test_bounds_are_those_of_the_formula():
     rng = np.random.default_rng(3)
-    limits, dt = JointLimits(MODEL, np.array(MAX_ACCELERATION)), CONFIG.dt
-    a, speed = np.array(MAX_ACCELERATION), 0.5 * MODEL.velocityLimit
+    limits, dt = JointLimits(MODEL, np.array(PANDA.acceleration)), CONFIG.dt
+    a, speed = np.array(PANDA.acceleration), 0.5 * MODEL.velocityLimit
     for _ in range(50):
         q = rng.uniform(limits.lower - 0.05, limits.upper + 0.05)
         limits.velocity = rng.uniform(-speed, speed)
@@ -85,7 +85,7 @@ def test_bounds_are_those_of_the_formula():
 
 
 def test_a_tracker_that_is_set_somewhere_has_its_gripper_there():
-    q = np.array(HOME) + 0.1
-    tracker = Tracker(PandaKinematics())
+    q = np.array(PANDA.home) + 0.1
+    tracker = Tracker(RobotKinematics())
     tracker.reset(q)
-    np.testing.assert_array_equal(tracker.target, PandaKinematics().tcp_pose(q)[0])
+    np.testing.assert_array_equal(tracker.target, RobotKinematics().tcp_pose(q)[0])

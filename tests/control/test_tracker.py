@@ -4,12 +4,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from dressing_sim.control import PandaKinematics, Tracker, TrackingConfig, track_path
-from dressing_sim.control.limits import MAX_ACCELERATION, POSITION_MARGIN, SPEED_SHARE
+from dressing_sim.control import RobotKinematics, Tracker, TrackingConfig, track_path
+from dressing_sim.control.limits import POSITION_MARGIN, SPEED_SHARE
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.panda import HOME, joint_limits
+from dressing_sim.world.description import joint_limits
+from dressing_sim.world.robot import PANDA
 
-KINEMATICS = PandaKinematics()
+KINEMATICS = RobotKinematics()
 DT = TrackingConfig().dt
 LIMITS = joint_limits()
 
@@ -17,7 +18,7 @@ LIMITS = joint_limits()
 @pytest.fixture
 def tracker():
     made = Tracker(KINEMATICS)
-    made.reset(np.array(HOME))
+    made.reset(np.array(PANDA.home))
     return made
 
 
@@ -29,11 +30,11 @@ def assert_limits_kept(commands):
     speeds = np.diff(commands, axis=0) / DT
     assert np.all(np.abs(speeds) <= SPEED_SHARE * LIMITS.velocity + 1e-9)
     accelerations = np.diff(speeds, axis=0) / DT
-    assert np.all(np.abs(accelerations) <= np.array(MAX_ACCELERATION) + 1e-6)
+    assert np.all(np.abs(accelerations) <= np.array(PANDA.acceleration) + 1e-6)
 
 
 def test_a_path_tracked_at_once_is_its_targets_stepped():
-    q = np.array(HOME)
+    q = np.array(PANDA.home)
     path = np.array([[0.5, 0.0, 0.4], [0.5, 0.3, 0.4], [0.6, 0.3, 0.3]])
     whole = track_path(path, 0.5, q, KINEMATICS)
     tracker = Tracker(KINEMATICS)
@@ -56,7 +57,7 @@ def test_limits_are_kept_whatever_is_asked_for(tracker, seed):
 @pytest.mark.parametrize("joint", range(7))
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_start_beyond_the_limits_comes_back_within_all_limits(joint, side):
-    q = np.array(HOME)
+    q = np.array(PANDA.home)
     q[joint] = (LIMITS.upper if side > 0 else LIMITS.lower)[joint] + side * 0.4
     tracker = Tracker(KINEMATICS)
     tracker.reset(q)
@@ -69,7 +70,7 @@ def test_a_start_beyond_the_limits_comes_back_within_all_limits(joint, side):
 
 
 def test_a_target_that_is_reached_is_held(tracker):
-    place = KINEMATICS.tcp_pose(np.array(HOME))[0] + [0.0, 0.1, 0.05]
+    place = KINEMATICS.tcp_pose(np.array(PANDA.home))[0] + [0.0, 0.1, 0.05]
     commands = run(tracker, np.repeat(place[None], 100, axis=0))
     assert tracker.error < 1e-4
     assert np.abs(np.diff(commands[-5:], axis=0)).max() < 1e-5
@@ -83,7 +84,7 @@ def test_a_matrix_and_its_quaternion_are_the_same_rotation():
     commands = []
     for rotation in (turn.toRotationMatrix(), [turn.w, turn.x, turn.y, turn.z]):
         tracker = Tracker(KINEMATICS)
-        tracker.reset(np.array(HOME))
+        tracker.reset(np.array(PANDA.home))
         place = tracker.target
         commands.append([tracker.step(place, rotation) for _ in range(100)])
     np.testing.assert_allclose(*commands, atol=1e-9)

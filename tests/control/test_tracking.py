@@ -4,12 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from dressing_sim.control import PandaKinematics, TrackingConfig, configuration_at, track_path
+from dressing_sim.control import RobotKinematics, TrackingConfig, configuration_at, track_path
 from dressing_sim.control.retiming import retime, smooth
-from dressing_sim.world.panda import HOME, joint_limits
+from dressing_sim.world.description import joint_limits
+from dressing_sim.world.robot import PANDA
 
-KINEMATICS = PandaKinematics()
-HOME_TCP = KINEMATICS.tcp_pose(np.array(HOME))[0]
+KINEMATICS = RobotKinematics()
+HOME_TCP = KINEMATICS.tcp_pose(np.array(PANDA.home))[0]
 
 paths = st.integers(2, 12).flatmap(
     lambda n: arrays(float, (n, 3), elements=st.floats(-1, 1, width=32))
@@ -80,7 +81,7 @@ def test_smoothing_rounds_a_corner():
 def tracked():
     """A path round a corner, within the robot's reach."""
     path = HOME_TCP + np.array([[0, 0, 0], [0.05, 0.15, -0.1], [0.1, -0.2, -0.15], [0, -0.2, 0]])
-    trajectory = track_path(path, 0.5, np.array(HOME), KINEMATICS)
+    trajectory = track_path(path, 0.5, np.array(PANDA.home), KINEMATICS)
     return path, trajectory
 
 
@@ -102,10 +103,10 @@ def test_the_hand_keeps_pointing_down(tracked):
 def test_joints_stay_within_position_and_velocity_limits_even_for_paths_out_of_reach(tracked):
     limits = joint_limits()
     far = np.array([[0.4, 0.0, 0.4], [2.0, 1.0, 1.0], [-2.0, -1.0, 0.2], [0.3, 0.0, 0.1]])
-    for trajectory in (tracked[1], track_path(far, 0.1, np.array(HOME), KINEMATICS)):
+    for trajectory in (tracked[1], track_path(far, 0.1, np.array(PANDA.home), KINEMATICS)):
         assert np.all(trajectory.positions >= limits.lower)
         assert np.all(trajectory.positions <= limits.upper)
-        moves = np.diff(np.vstack([HOME, trajectory.positions]), axis=0)
+        moves = np.diff(np.vstack([PANDA.home, trajectory.positions]), axis=0)
         assert np.all(np.abs(moves) <= limits.velocity * trajectory.dt * (1 + 1e-6))
 
 
@@ -117,14 +118,14 @@ def test_targets_are_never_faster_than_the_gripper_may_go(tracked):
 
 def test_the_path_is_entered_from_where_the_gripper_is():
     path = HOME_TCP + np.array([[0.1, 0, 0], [0.1, 0.05, 0]])
-    trajectory = track_path(path, 0.05, np.array(HOME), KINEMATICS)
+    trajectory = track_path(path, 0.05, np.array(PANDA.home), KINEMATICS)
     np.testing.assert_allclose(trajectory.targets[0], HOME_TCP, atol=1e-12)
     np.testing.assert_allclose(trajectory.targets[-1], path[-1], atol=1e-12)
 
 
 def test_an_unreachable_path_reports_how_far_the_robot_stays_away():
     path = np.vstack([HOME_TCP, HOME_TCP + np.array([1.0, 0, 0])])
-    trajectory = track_path(path, 0.1, np.array(HOME), KINEMATICS)
+    trajectory = track_path(path, 0.1, np.array(PANDA.home), KINEMATICS)
     gap = np.linalg.norm(path[-1] - KINEMATICS.tcp_pose(trajectory.positions[-1])[0])
     assert trajectory.max_error >= gap - 1e-9
     assert trajectory.max_error > 0.3

@@ -5,7 +5,6 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from dressing_sim.control.limits import MAX_ACCELERATION
 from dressing_sim.episode.closed_loop import ClosedLoop
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
@@ -13,6 +12,7 @@ from dressing_sim.episode.record import record
 from dressing_sim.episode.rollout import begin, follow, tracked
 from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.world.robot import PANDA
 
 BRIEF = EpisodeConfig(hold=0.1, time_limit=1.0)
 NO_STOP = EpisodeConfig(protective_stop=False)
@@ -121,7 +121,7 @@ def test_a_robot_at_speed_brakes_within_its_limits_before_it_holds(posture):
         commands.append(made.command)
     velocity = np.diff(commands, axis=0) / made.config.tracking.dt
     acceleration = np.diff(velocity, axis=0) / made.config.tracking.dt
-    assert np.all(np.abs(acceleration).max(axis=0) <= np.multiply(MAX_ACCELERATION, 1.001))
+    assert np.all(np.abs(acceleration).max(axis=0) <= np.multiply(PANDA.acceleration, 1.001))
     assert np.abs(velocity[0]).max() > 0.0
     np.testing.assert_array_equal(commands[-1], commands[-10])
 

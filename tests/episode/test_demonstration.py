@@ -105,7 +105,7 @@ def test_other_programs_find_positions_and_joints_in_the_file(saved):
     [
         ({"positions": np.zeros((5, 2))}, "positions has shape (5, 2)"),
         ({"positions": np.zeros((1, 3))}, "positions has shape (1, 3)"),
-        ({"commands": np.zeros((5, 6))}, "commands has shape (5, 6)"),
+        ({"commands": np.zeros(5)}, "commands has shape (5,)"),
         ({"positions": np.full((5, 3), np.nan)}, "not finite"),
         ({"commands": np.full((5, 7), np.inf)}, "not finite"),
         ({"dt": 0.0}, "dt is 0.0"),

@@ -16,7 +16,7 @@ from dressing_sim.episode.record import demonstrate, dress, record, replay
 from dressing_sim.episode.rollout import follow
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.world.panda import joint_limits
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 from dressing_sim.world.sleeve import SleeveConfig

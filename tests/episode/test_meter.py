@@ -5,9 +5,9 @@ import pytest
 
 from dressing_sim.episode.meter import Meter
 from dressing_sim.world.contacts import ClothForces, Touch
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.dressed import ArmAxis
 from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import joint_limits
 from dressing_sim.world.strain import StrainGauge
 
 LOAD = np.zeros((len(LINKS), 3)), np.zeros(len(LINKS))

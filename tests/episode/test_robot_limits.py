@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from dressing_sim.control import PandaKinematics, TrackingConfig
-from dressing_sim.control.limits import MAX_ACCELERATION
+from dressing_sim.control import RobotKinematics, TrackingConfig
 from dressing_sim.control.tracking import track_path
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.rollout import play
 from dressing_sim.episode.trace import NEAR
 from dressing_sim.suites.suites import load_suite
+from dressing_sim.world.robot import PANDA
 from dressing_sim.world.simulation import World
 
 NAMES = [posture.name for posture in load_suite("paper5")]
-MODEL = PandaKinematics().model
+MODEL = RobotKinematics().model
 
 
 def check(positions, velocities, torques):
@@ -52,8 +52,8 @@ def test_limits_hold_on_a_path_that_asks_for_too_much(posture, monkeypatch):
     assert trajectory.max_error > config.tracking.max_error
     commanded = np.diff(trajectory.positions, axis=0) / trajectory.dt
     acceleration = np.abs(np.diff(commanded, axis=0)) / trajectory.dt
-    assert np.all(acceleration <= np.array(MAX_ACCELERATION) * (1.0 + 1e-6))
-    assert np.any(acceleration > 0.99 * np.array(MAX_ACCELERATION))
+    assert np.all(acceleration <= np.array(PANDA.acceleration) * (1.0 + 1e-6))
+    assert np.any(acceleration > 0.99 * np.array(PANDA.acceleration))
 
     rows, step = [], World.step
 

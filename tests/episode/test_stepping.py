@@ -169,7 +169,7 @@ def test_a_target_far_away_is_a_direction(dressing):
 
 
 def test_the_hand_turns_as_it_is_told(dressing):
-    from dressing_sim.control import PandaKinematics
+    from dressing_sim.control import RobotKinematics
 
     angle = np.deg2rad(15.0)
     turn = np.array(
@@ -177,7 +177,7 @@ def test_the_hand_turns_as_it_is_told(dressing):
     )
     for _ in range(60):
         row = dressing.step(dressing.start, turn)
-    reached = PandaKinematics().tcp_pose(row.joint_position)[1]
+    reached = RobotKinematics().tcp_pose(row.joint_position)[1]
     assert np.arccos(np.clip((np.trace(reached.T @ turn) - 1) / 2, -1, 1)) < np.deg2rad(3.0)
 
 

@@ -5,7 +5,7 @@ from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures import CAMERAS, rendering
 from dressing_sim.pictures.rendering import BACKENDS, INSTALL_HINT, OffscreenRenderer
-from dressing_sim.world.panda import ARM_JOINTS
+from dressing_sim.world.robot import PANDA
 from dressing_sim.world.scene import WorldConfig
 
 SIZE = {"width": 320, "height": 240}
@@ -36,7 +36,7 @@ def test_a_picture_shows_sleeve_skin_and_robot(renderer, world, camera):
     assert 0.01 < skin(picture).mean() < 0.3
     # The robot is what changes if nothing but its joints does, and it is white, grey and black.
     elsewhere = world.data.qpos.copy()
-    elsewhere[[world.model.joint(name).qposadr[0] for name in ARM_JOINTS]] = 0.3
+    elsewhere[[world.model.joint(name).qposadr[0] for name in PANDA.joints]] = 0.3
     robot = np.abs(renderer.draw(elsewhere, camera).astype(int) - picture).max(axis=2) > 30
     # Over the person's shoulder, and of the whole room, it is farther away.
     assert robot.mean() > (0.04 if camera in ("person", "room") else 0.05)

@@ -5,13 +5,13 @@ import pytest
 
 from dressing_sim import load_suite, sample_postures
 from dressing_sim.arm import DEFAULT_SHOULDER, Posture
-from dressing_sim.control import PandaKinematics
+from dressing_sim.control import RobotKinematics
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.suites import distribution as module
 from dressing_sim.suites.distribution import PostureDistribution, reachable, refusal
 from dressing_sim.suites.drawn import DRAWN_SUITES
 
-KINEMATICS = PandaKinematics()
+KINEMATICS = RobotKinematics()
 CLEARANCE = PostureDistribution().shoulder_clearance
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from dressing_sim import load_suite
 from dressing_sim.arm import ANGLE_LIMITS_DEG, Posture, gravity_frame
-from dressing_sim.control import PandaKinematics
+from dressing_sim.control import RobotKinematics
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets
 from dressing_sim.learning.frame import Frame
@@ -14,7 +14,7 @@ from dressing_sim.suites.distribution import PostureDistribution, reachable
 from dressing_sim.suites.drawn import DRAWN_SUITES
 from dressing_sim.suites.suites import find_posture, situation_distance, suite_names, write_suite
 
-KINEMATICS = PandaKinematics()
+KINEMATICS = RobotKinematics()
 CLEARANCE = PostureDistribution().shoulder_clearance
 ARM = {"name": "one", "flexion_deg": 70, "abduction_deg": 20, "rotation_deg": 30, "elbow_deg": 40}
 MOST_CHECKED = 15

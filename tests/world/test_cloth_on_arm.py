@@ -5,7 +5,7 @@ import pytest
 from cloth_strips import FABRIC, GRAVITY, creep
 
 from dressing_sim.arm import Posture
-from dressing_sim.control import PandaKinematics, configuration_at
+from dressing_sim.control import RobotKinematics, configuration_at
 from dressing_sim.world.dressed import ArmAxis
 from dressing_sim.world.garment import Garment
 from dressing_sim.world.mannequin import LINKS
@@ -19,7 +19,7 @@ def resting(request, tmp_path_factory):
     """30 s of a sleeve that lies loose on an upper arm, 2 degrees from the horizontal."""
     posture = Posture("level", flexion_deg=88.0, abduction_deg=0.0, rotation_deg=0.0, elbow_deg=0.0)
     config = WorldConfig(sleeve=SleeveConfig(garment=Garment(body=request.param)))
-    q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
+    q, _ = configuration_at(grip_start(posture, config.sleeve), RobotKinematics())
     with pytest.MonkeyPatch.context() as patch:
         # MuJoCo leaves its log of warnings in the current folder.
         patch.chdir(tmp_path_factory.mktemp("resting"))

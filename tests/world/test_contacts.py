@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from dressing_sim.control import PandaKinematics, configuration_at
+from dressing_sim.control import RobotKinematics, configuration_at
 from dressing_sim.world.contacts import ContactReader
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.scene import WorldConfig
@@ -31,7 +31,7 @@ def read_one_by_one(model, data):
 @pytest.fixture(scope="module")
 def leaning(posture):
     """A robot whose gripper is in the forearm, with the sleeve falling on the arm."""
-    kinematics = PandaKinematics()
+    kinematics = RobotKinematics()
     q, _ = configuration_at(0.5 * (posture.wrist + posture.elbow), kinematics)
     world = World(posture, WorldConfig(), q)
     for _ in range(30):

@@ -4,10 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from dressing_sim.control import PandaKinematics, configuration_at
-from dressing_sim.control.limits import MAX_ACCELERATION, SPEED_SHARE
+from dressing_sim.control import RobotKinematics, configuration_at
+from dressing_sim.control.limits import SPEED_SHARE
+from dressing_sim.world.description import joint_limits
 from dressing_sim.world.mannequin import LINKS
-from dressing_sim.world.panda import ARM_JOINTS, TCP_BODY, joint_limits
+from dressing_sim.world.robot import PANDA
 from dressing_sim.world.scene import SolverConfig, WorldConfig, grip_start
 from dressing_sim.world.simulation import World
 from dressing_sim.world.sleeve import SleeveConfig
@@ -21,7 +22,7 @@ def fresh_world(posture, solver=None):
     solver = solver or SolverConfig()
     heals = max(SleeveConfig().contact_time, 2.0 * solver.timestep)
     config = WorldConfig(SleeveConfig(contact_time=heals), solver=solver)
-    q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
+    q, _ = configuration_at(grip_start(posture, config.sleeve), RobotKinematics())
     return World(posture, config, q)
 
 
@@ -39,7 +40,7 @@ def sweep(world, seconds=0.6, speed=0.3, ramp=0.3):
 
 def hand_pose(world):
     """Position (3,) and rotation (3, 3) of the gripper."""
-    hand = world.data.body(TCP_BODY)
+    hand = world.data.body(PANDA.tool)
     return hand.xpos.copy(), hand.xmat.reshape(3, 3).copy()
 
 
@@ -120,7 +121,7 @@ def test_the_links_loads_are_their_forces_after_the_same_low_pass(world):
 @pytest.mark.parametrize("strength", [0.05, 42.0])
 def test_cloth_that_pulls_harder_than_the_fingers_hold_slips_out(posture, strength):
     config = WorldConfig(grip_strength=strength)
-    q, _ = configuration_at(grip_start(posture, config.sleeve), PandaKinematics())
+    q, _ = configuration_at(grip_start(posture, config.sleeve), RobotKinematics())
     world = World(posture, config, q)
     loads = []
     while world.holding and world.time < 0.5:
@@ -156,7 +157,7 @@ def as_fast_as_commands_may(posture, joint, timestep):
     room = limits.upper - start, start - limits.lower
     side = 1.0 if room[0][joint] > room[1][joint] else -1.0
     fastest = SPEED_SHARE * limits.velocity[joint]
-    speeds = np.minimum(np.arange(0.0, 1.0, timestep) * MAX_ACCELERATION[joint], fastest)
+    speeds = np.minimum(np.arange(0.0, 1.0, timestep) * PANDA.acceleration[joint], fastest)
     speeds = np.concatenate([speeds, speeds[::-1], np.zeros(10)])
     way, measured = np.zeros(7), []
     for speed in speeds:
@@ -189,7 +190,7 @@ def test_twice_the_step_would_not_do_for_the_servos(posture):
 def test_torques_are_those_that_move_the_arm(posture):
     """M dv/dt = torque - bias + contact and grip: MuJoCo's own equation of motion, in 1 % steps."""
     world = fresh_world(posture)
-    dofs = [world.model.joint(name).dofadr[0] for name in ARM_JOINTS]
+    dofs = [world.model.joint(name).dofadr[0] for name in PANDA.joints]
     inertia = np.zeros((world.model.nv, world.model.nv))
     worst = 0.0
     before = world.arm_velocity
@@ -243,7 +244,7 @@ def test_a_state_that_mujoco_gives_up_on_makes_a_world_void(world, value):
 
 def test_a_robot_that_leans_on_the_arm_is_felt_and_told_from_cloth(posture, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    kinematics = PandaKinematics()
+    kinematics = RobotKinematics()
     q, _ = configuration_at(0.5 * (posture.wrist + posture.elbow), kinematics)
     world = World(posture, WorldConfig(), q)
     mujoco.mj_forward(world.model, world.data)

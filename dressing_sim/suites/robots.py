@@ -1,0 +1,155 @@
+"""Robots by file: a URDF, and what it does not say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.errors import InvalidInputError
+from dressing_sim.suites.measures import (
+    Choice,
+    Each,
+    Measure,
+    Schema,
+    Values,
+    find_file,
+    load_named,
+)
+from dressing_sim.world.description import joint_limits
+from dressing_sim.world.robot import MAX_BASE_DISTANCE, PANDA, Gripper, Robot, ServoConfig
+
+#: Robots by name that need no file.
+ROBOTS: Mapping[str, Robot] = {PANDA.name: PANDA}
+
+#: What is called the tool centre point of a robot with a gripper of ours.
+_TOOL = "gripper_tcp"
+
+#: Sizes of `Gripper`, by key.
+_GRIPPER: Mapping[str, str] = {
+    "mass_kg": "mass",
+    "palm_length_m": "palm_length",
+    "palm_width_m": "palm_width",
+    "palm_thickness_m": "palm_thickness",
+    "finger_length_m": "finger_length",
+    "finger_width_m": "finger_width",
+    "finger_thickness_m": "finger_thickness",
+}
+
+_BASE = Measure("m", -MAX_BASE_DISTANCE, MAX_BASE_DISTANCE, "where its root stands, forward")
+
+#: What the file of a robot may say.
+ROBOT: Schema = {
+    "name": Choice("what the robot is called; must be there"),
+    "urdf": Choice("its description: a file beside this one, or package://...; must be there"),
+    "tool": Choice("link between the fingertips of its own hand, z along them; or a gripper"),
+    "rotor_inertia_kg_m2": Measure("kg m^2", 0.0, 10.0, "reflected, added to each joint"),
+    "base": {
+        "x_m": _BASE,
+        "y_m": replace(_BASE, what="to the left"),
+        "z_m": replace(_BASE, what="up"),
+        "yaw_deg": Measure("deg", -360.0, 360.0, "how far it is turned to the left there"),
+    },
+    "gripper": {
+        "flange": Choice("link that a plain gripper is fixed to, z away from the robot"),
+        "mass_kg": Measure("kg", 0.01, 10.0, "all of it"),
+        "palm_length_m": Measure("m", 0.01, 0.5, "along the fingers"),
+        "palm_width_m": Measure("m", 0.01, 0.5, "along the way that the fingers open"),
+        "palm_thickness_m": Measure("m", 0.01, 0.5, "across both"),
+        "finger_length_m": Measure("m", 0.02, 0.3, "from the palm to the tip"),
+        "finger_width_m": Measure("m", 0.002, 0.1, "as the palm's thickness"),
+        "finger_thickness_m": Measure("m", 0.002, 0.1, "of each, as the palm's width"),
+    },
+    "joints": Each(
+        "NAME",
+        {
+            "home_deg": Measure("deg", -360.0, 360.0, "at rest, hand down; must be there"),
+            "stiffness_n_m_per_rad": Measure("N m/rad", 1.0, 1e6, "of its servo; must be there"),
+            "damping_n_m_s_per_rad": Measure("N m s/rad", 0.1, 1e5, "of its servo; must be there"),
+            "acceleration_rad_per_s2": Measure(
+                "rad/s^2", 0.1, 1000.0, "largest of a command; must be there"
+            ),
+        },
+    ),
+}
+
+
+def load_robot(name_or_file: str) -> Robot:
+    """A robot, once its description has been found to have what it says.
+
+    Args:
+        name_or_file: ``panda``, one of ``assets/robots``, or a TOML file, see `ROBOT`.
+
+    Raises:
+        InvalidInputError: There is none, or the file or its URDF is not valid.
+    """
+    if name_or_file in ROBOTS:
+        return ROBOTS[name_or_file]
+    folder = find_file(name_or_file, "robot", "robots", ROBOTS).parent
+
+    def made(values: Values) -> Robot:
+        found = robot(values, folder)
+        joint_limits(found)
+        return found
+
+    return load_named(name_or_file, "robot", ROBOTS, "robots", ROBOT, made)
+
+
+def robot(values: Values, folder: Path) -> Robot:
+    """The robot whose file says this, see `ROBOT`.
+
+    Args:
+        values: What it says.
+        folder: Where it is.
+
+    Raises:
+        InvalidInputError: Something is missing, or no robot is like that.
+    """
+    for key in ("name", "urdf", "joints"):
+        if key not in values:
+            raise InvalidInputError(f"no {key}; valid is a robot's name, urdf and joints")
+    hand = dict(values.get("gripper", {}))
+    if ("flange" in hand) == ("tool" in values):
+        raise InvalidInputError("valid is either tool, of a hand of its own, or gripper.flange")
+    joints = values["joints"]
+    for name, said in joints.items():
+        for key in _joint_keys():
+            if key not in said:
+                raise InvalidInputError(f"no joints.{name}.{key}; valid is one for each joint")
+    column = {key: tuple(said[key] for said in joints.values()) for key in _joint_keys()}
+    base, urdf = values.get("base", {}), values["urdf"]
+    return Robot(
+        name=values["name"],
+        urdf=urdf if urdf.startswith("package://") else str((folder / urdf).resolve()),
+        joints=tuple(joints),
+        fingers=(),
+        tool=values.get("tool", _TOOL),
+        home=tuple(np.deg2rad(column["home_deg"]).tolist()),
+        acceleration=column["acceleration_rad_per_s2"],
+        servo=ServoConfig(
+            stiffness=column["stiffness_n_m_per_rad"],
+            damping=column["damping_n_m_s_per_rad"],
+            armature=values.get("rotor_inertia_kg_m2", ServoConfig().armature),
+        ),
+        gripper=Gripper(
+            hand.pop("flange", ""), **{_GRIPPER[key]: value for key, value in hand.items()}
+        ),
+        base_position=tuple(base.get(f"{axis}_m", 0.0) for axis in "xyz"),
+        base_yaw=float(np.deg2rad(base.get("yaw_deg", 0.0))),
+    )
+
+
+def _joint_keys() -> tuple[str, ...]:
+    joints = ROBOT["joints"]
+    assert isinstance(joints, Each)
+    return tuple(joints.schema)
+
+
+def with_robot(config: EpisodeConfig, name_or_file: str | None) -> EpisodeConfig:
+    """The same world with another robot, see `load_robot`, or as it is for None."""
+    if name_or_file is None:
+        return config
+    return replace(config, world=replace(config.world, robot=load_robot(name_or_file)))
