@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_gym import same
+from episodes import same
 
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
