@@ -180,6 +180,8 @@ def test_its_command_line_and_its_names():
     assert NEW_ROLLOUT == NEW_ROLLOUT_OPTION
     with pytest.raises(InvalidInputError, match="task_ids"):
         make_env(configured(task_ids=[5]))
+    with pytest.raises(InvalidInputError, match="fps is 30"):
+        configured(fps=30)
 
 
 def test_it_finds_the_package_by_its_name(tmp_path):

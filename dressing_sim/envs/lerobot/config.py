@@ -37,12 +37,12 @@ class DressingSimEnv(EnvConfig):
     is the gripper's target, 3 numbers in m.
     """
 
-    task: str | None = "val50"
+    task: str = "val50"
     """Name or file of a suite."""
     task_ids: list[int] | None = None
     """Which arms of it, from 0; all if not given."""
     fps: int = 50
-    """Of the control loop; it cannot be changed."""
+    """Of the control loop, which cannot be changed."""
     cameras: str = ""
     """Cameras, with commas between; their pictures take longer than physics."""
     observation_height: int = 480
@@ -56,6 +56,8 @@ class DressingSimEnv(EnvConfig):
 
     def __post_init__(self) -> None:
         env = made(None, **self.gym_kwargs)
+        rate = env.metadata["render_fps"]
+        whole_number(self.fps, "environment: fps", rate, rate)
         space: Any = env.observation_space
         kinds = {
             "action": ("action", FeatureType.ACTION, env.action_space),
@@ -106,4 +108,4 @@ class DressingSimEnv(EnvConfig):
                     [freeze_after_episode_end(one) for one in make],
                     autoreset_mode=gymnasium.vector.AutoresetMode.SAME_STEP,
                 )
-        return {str(self.task): envs}
+        return {self.task: envs}
