@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -57,7 +58,7 @@ def export(
     if cameras and to != "lerobot":
         raise InvalidInputError(f"cameras are given with --to {to}, valid is --to lerobot")
     drawn = Cameras(tuple(names(cameras)), width, height) if cameras else None
-    writers = {
+    writers: dict[str, Callable[..., None]] = {
         "robomimic": write_robomimic,
         "minari": write_minari,
         "lerobot": partial(write_lerobot, cameras=drawn),
