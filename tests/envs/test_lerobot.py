@@ -7,7 +7,7 @@ Skipped where LeRobot is not installed; it needs Python 3.12. Run with LeRobot 0
 import os
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +78,13 @@ class Scripted(PreTrainedPolicy):
 
     def predict_action_chunk(self, batch, **unused):
         raise NotImplementedError
+
+
+@dataclass
+class Asked:
+    """What LeRobot's commands parse, of an environment."""
+
+    env: EnvConfig
 
 
 def pipelines():
@@ -170,8 +177,13 @@ def test_what_policies_learn_from_is_what_they_are_shown(demonstration, tmp_path
 
 
 def test_its_command_line_and_its_names():
-    given = ["--type=dressing_sim", "--task=paper5", "--task_ids=[0, 2]", "--cameras=close,front"]
-    config = draccus.parse(EnvConfig, args=given)
+    given = {
+        "type": "dressing_sim",
+        "task": "paper5",
+        "task_ids": "[0, 2]",
+        "cameras": "close,front",
+    }
+    config = draccus.parse(Asked, args=[f"--env.{key}={value}" for key, value in given.items()]).env
     assert [*make_env(config)["paper5"]] == [0, 2]
     assert [*env_to_policy_features(config)][3:] == [
         "observation.images.close",
