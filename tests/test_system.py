@@ -25,8 +25,9 @@ for name in ("pthread_sigmask", "SIGKILL", "SIGHUP"):
     if hasattr(signal, name):
         delattr(signal, name)
 import dressing_sim
-# An optional extra, which has no wheels for the newest Pythons; gymnasium's are everywhere.
-absent = {"dm_control"} if importlib.util.find_spec("dm_control") is None else set()
+# Optional extras, which not every Python can install; gymnasium's wheels are everywhere.
+extras = ("dm_control", "lerobot")
+absent = {name for name in extras if importlib.util.find_spec(name) is None}
 found = 0
 for module in pkgutil.walk_packages(dressing_sim.__path__, "dressing_sim."):
     if not module.name.endswith("__main__"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json as json_format
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -10,6 +12,7 @@ import tyro
 from rich.console import Console
 
 from dressing_sim.benchmark.run.progress import show_progress
+from dressing_sim.commands.options import names
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_output
 
@@ -18,6 +21,9 @@ def export(
     demonstrations: tyro.conf.Positional[Path],
     to: Literal["robomimic", "minari", "lerobot"],
     out: Path,
+    cameras: str = "",
+    width: int = 640,
+    height: int = 480,
     force: bool = False,
     json: bool = False,
 ) -> None:
@@ -30,21 +36,33 @@ def export(
 
     Or: dressing-sim export case_a.h5 --to minari --out data/dressing-sim/case-a-v0
 
-    Or: dressing-sim export case_a.h5 --to lerobot --out case_a_lerobot
+    Or: dressing-sim export case_a.h5 --to lerobot --out case_a_lerobot --cameras front,close
 
     Args:
         demonstrations: file that ``dressing-sim demonstrate`` or ``dressing-sim import`` wrote.
         to: robomimic, minari or lerobot.
         out: file, or new folder, to write.
+        cameras: pictures of each row for lerobot: some of front,close,above,side,person,room. The
+            demonstrations are played again for them, so they must be of the simulator.
+        width: of a picture, in pixels.
+        height: of a picture, in pixels.
         force: replace a file that is there already; folders never are.
         json: print what was written as JSON.
     """
     from dressing_sim.datasets.lerobot_sets import write_lerobot
     from dressing_sim.datasets.minari_sets import write_minari
+    from dressing_sim.datasets.replayed import Cameras
     from dressing_sim.datasets.robomimic_files import write_robomimic
     from dressing_sim.episode.demonstration import load_demonstrations
 
-    writers = {"robomimic": write_robomimic, "minari": write_minari, "lerobot": write_lerobot}
+    if cameras and to != "lerobot":
+        raise InvalidInputError(f"cameras are given with --to {to}, valid is --to lerobot")
+    drawn = Cameras(tuple(names(cameras)), width, height) if cameras else None
+    writers: dict[str, Callable[..., None]] = {
+        "robomimic": write_robomimic,
+        "minari": write_minari,
+        "lerobot": partial(write_lerobot, cameras=drawn),
+    }
     check_output(out, force and to == "robomimic", [demonstrations])
     recorded = load_demonstrations(demonstrations)
     if not recorded:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -21,34 +22,39 @@ from dressing_sim.datasets.columns import (
 )
 from dressing_sim.datasets.minari_sets import same_observations
 from dressing_sim.datasets.prepare import ImportConfig
+from dressing_sim.datasets.replayed import Cameras, pictures
 from dressing_sim.episode.demonstration import Demonstration
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.extras import needed
 from dressing_sim.files import new_folder
+from dressing_sim.lerobot_names import FRAMES, PICTURES, STATE, TASK
 
 #: Files of a data set's folder: LeRobot's own description of it, and ours of each episode.
 INFO, DESCRIPTIONS = Path("meta", "info.json"), Path("meta", "dressing_sim.json")
 
-#: What LeRobot calls the gripper's place, and the frames, all of them in a row.
-STATE, FRAMES = "observation.state", "observation.environment_state"
-
-#: What the robot is told that it does.
-TASK = "Put the sleeve over the arm, up to the shoulder."
-
 _FRAMES = [name for name in OBSERVED if name != "gripper"]
 
 
-def write_lerobot(path: str | Path, demonstrations: Sequence[Demonstration], told: Written) -> None:
+def write_lerobot(
+    path: str | Path,
+    demonstrations: Sequence[Demonstration],
+    told: Written,
+    cameras: Cameras | None = None,
+) -> None:
     """Write demonstrations as a LeRobotDataset v3, all or nothing.
 
     Args:
         path: The folder.
         demonstrations: All with the same observations, and as many rows a second, a whole number.
         told: About progress.
+        cameras: Whose pictures of each row are written, without loss; demonstrations are played
+            again for them.
 
     Raises:
         InvalidInputError: The folder is there, demonstrations differ in what they have or in their
-            rows a second, or LeRobot is not installed (it needs Python 3.12).
+            rows a second, cannot be played again for pictures, or LeRobot is not installed (it
+            needs Python 3.12).
+        DressingSimError: Pictures are wanted, and no OpenGL works here.
     """
     module = needed("lerobot.datasets.lerobot_dataset", "lerobot")
     same_observations(demonstrations)
@@ -59,26 +65,46 @@ def write_lerobot(path: str | Path, demonstrations: Sequence[Demonstration], tol
             f"demonstrations have {', '.join(f'{rate:g}' for rate in sorted(rates))} rows a second,"
             " valid is one whole number"
         )
-    features: dict[str, dict[str, Any]] = {
-        name: {"dtype": "float64", "shape": (array.shape[1],), "names": _names(name, array)}
-        for name, array in _features(demonstrations[0]).items()
-    }
-    features["next.success"] = {"dtype": "bool", "shape": (1,), "names": None}
+    features = _described(demonstrations[0], cameras)
     with new_folder(path) as made:
         data = module.LeRobotDataset.create(
             f"dressing-sim/{Path(path).name}", fps, features, made, "panda", use_videos=False
         )
         for number, one in enumerate(demonstrations):
-            columns, rows = _features(one), len(one.positions)
-            for row in range(rows):
-                frame: dict[str, Any] = {name: array[row] for name, array in columns.items()}
-                success = np.array([row == rows - 1])
-                data.add_frame({**frame, "next.success": success, "task": TASK})
+            for frame in _frames(one, cameras):
+                data.add_frame(frame)
             data.save_episode()
             told(number + 1, len(demonstrations))
         data.finalize()
         texts = [description(one) for one in demonstrations]
         (made / DESCRIPTIONS).write_text(json.dumps(texts), encoding="utf-8")
+
+
+def _described(demonstration: Demonstration, cameras: Cameras | None) -> dict[str, dict[str, Any]]:
+    """Kind, shape and names of each column."""
+    features: dict[str, dict[str, Any]] = {
+        name: {"dtype": "float64", "shape": (array.shape[1],), "names": _names(name, array)}
+        for name, array in _features(demonstration).items()
+    }
+    features["next.success"] = {"dtype": "bool", "shape": (1,), "names": None}
+    if cameras is not None:
+        shape = {
+            "shape": (cameras.height, cameras.width, 3),
+            "names": ["height", "width", "channels"],
+        }
+        for camera in cameras.names:
+            features[f"{PICTURES}.{camera}"] = {"dtype": "image", **shape}
+    return features
+
+
+def _frames(demonstration: Demonstration, cameras: Cameras | None) -> Iterator[dict[str, Any]]:
+    """What LeRobot calls frames: row after row, with the task's text."""
+    columns, rows = _features(demonstration), len(demonstration.positions)
+    drawn = pictures(demonstration, cameras) if cameras is not None else repeat({}, rows)
+    for row, seen in enumerate(drawn):
+        frame: dict[str, Any] = {name: array[row] for name, array in columns.items()}
+        frame |= {f"{PICTURES}.{camera}": picture for camera, picture in seen.items()}
+        yield {**frame, "next.success": np.array([row == rows - 1]), "task": TASK}
 
 
 def _features(demonstration: Demonstration) -> dict[str, np.ndarray]:
@@ -110,9 +136,10 @@ def read_lerobot(path: str | Path, config: ImportConfig) -> list[Demonstration]:
     with read_by_others(path, "LeRobotDataset"):
         data = module.LeRobotDataset(f"dressing-sim/{path.name}", root=path)
         # As it is on the disk: other forms are rounded to single precision.
-        table = data.hf_dataset.with_format("arrow")[:]
+        numbers = {STATE, FRAMES, *(f"observation.{name}" for name in OPTIONAL)}
+        seen = [name for name in data.features if name in numbers]
+        table = data.hf_dataset.select_columns([*seen, "episode_index"]).with_format("arrow")[:]
         episode = np.array(table["episode_index"].to_pylist())
-        seen = [name for name in data.features if name.startswith("observation.")]
         found = {name: np.array(table[name].to_pylist()) for name in seen}
         made = []
         for number in range(data.num_episodes):

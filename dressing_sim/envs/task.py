@@ -220,13 +220,13 @@ class Task:
             self._framed = posture, arrays
         return self._framed[1]
 
-    def picture(self) -> NDArray[np.uint8]:
-        """A picture (height, width, 3) of the scene now."""
+    def picture(self, camera: str | None = None) -> NDArray[np.uint8]:
+        """A picture (height, width, 3) of the scene now, from the config's camera or another."""
         dressing, config = self.dressing, self.config
         if self._renderer is None:
             world = config.episode.world
             self._renderer = OffscreenRenderer(dressing.posture, world, config.width, config.height)
-        return self._renderer.draw(dressing.world.data.qpos, config.camera)
+        return self._renderer.draw(dressing.world.data.qpos, camera or config.camera)
 
     def actions(self, source: PathSource, seed: int = 0) -> NDArray[np.float64]:
         """The actions that lead the gripper along a path and finish, (n, size).

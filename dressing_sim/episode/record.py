@@ -140,6 +140,18 @@ def replay(demonstration: Demonstration, observer: Observer | None = None) -> Re
     Raises:
         InvalidInputError: It does not say which world it was recorded in.
     """
+    dressing, commands = recorded_in(demonstration)
+    targets = np.array([dressing.kinematics.tcp_pose(q)[0] for q in commands])
+    trajectory = JointTrajectory(commands, demonstration.dt, targets, np.zeros(len(commands)))
+    return play(dressing, trajectory, observer)
+
+
+def recorded_in(demonstration: Demonstration) -> tuple[Dressing, NDArray[np.float64]]:
+    """The dressing that a demonstration was, not begun, and its joint commands (T, n) [rad].
+
+    Raises:
+        InvalidInputError: It does not say which world it was recorded in.
+    """
     commands = demonstration.commands
     if "episode" not in demonstration.settings or commands is None:
         raise InvalidInputError(
@@ -149,7 +161,4 @@ def replay(demonstration: Demonstration, observer: Observer | None = None) -> Re
     config = from_plain(EpisodeConfig, demonstration.settings["episode"])
     dressing = Dressing(demonstration.posture, config)
     n_joints = dressing.kinematics.robot.n_joints
-    commands = real_array(commands, ("T", n_joints), "commands have", "rad")
-    targets = np.array([dressing.kinematics.tcp_pose(q)[0] for q in commands])
-    trajectory = JointTrajectory(commands, demonstration.dt, targets, np.zeros(len(commands)))
-    return play(dressing, trajectory, observer)
+    return dressing, real_array(commands, ("T", n_joints), "commands have", "rad")

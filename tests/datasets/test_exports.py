@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ from dressing_sim.cli import main
 from dressing_sim.datasets.columns import OBSERVED, actions, observations
 from dressing_sim.datasets.prepare import ImportConfig, demonstration_of
 from dressing_sim.datasets.recording import of_columns
+from dressing_sim.datasets.replayed import Cameras, pictures
 from dressing_sim.datasets.sources import read_source
 from dressing_sim.episode.demonstration import (
     Demonstration,
@@ -140,6 +142,42 @@ def test_lerobot_reads_it(here):
     assert row["task"].startswith("Put the sleeve")
     assert not row["next.success"]
     assert data[39]["next.success"]
+
+
+def test_lerobot_reads_pictures_without_loss(here, demonstration, opengl):
+    module = pytest.importorskip("lerobot.datasets.lerobot_dataset")
+    begun = demonstration.positions[:5], demonstration.commands[:5]
+    short = replace(demonstration, positions=begun[0], commands=begun[1], outcome=None)
+    save_demonstrations("d.h5", [short])
+    size = "--width", "64", "--height", "48"
+    main(["export", "d.h5", "--to", "lerobot", "--out", "set", "--cameras", "front,side", *size])
+    data = module.LeRobotDataset("dressing-sim/set", root="set")
+    assert data.meta.camera_keys == ["observation.images.front", "observation.images.side"]
+    for row, seen in enumerate(pictures(short, Cameras(("front", "side"), 64, 48))):
+        for camera, picture in seen.items():
+            read = data[row][f"observation.images.{camera}"].numpy().transpose(1, 2, 0)
+            np.testing.assert_array_equal(np.round(255 * read), picture)
+    main(["import", "set", "--out", "again.h5"])
+    (again,) = load_demonstrations("again.h5")
+    np.testing.assert_array_equal(again.positions, short.positions)
+    np.testing.assert_array_equal(again.commands, short.commands)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["minari", "--cameras", "front"], "valid is --to lerobot"),
+        (["lerobot", "--cameras", "top"], "cameras must be one of front, close"),
+        (["lerobot", "--cameras", "front", "--width", "0"], "cameras: width is 0"),
+    ],
+)
+def test_pictures_that_cannot_be_had_are_refused_in_one_line(options, told, here, capsys):
+    save_demonstrations("d.h5", simulated())
+    with pytest.raises(SystemExit) as stopped:
+        main(["export", "d.h5", "--out", "set", "--to", *options])
+    assert stopped.value.code == 2
+    assert told in capsys.readouterr().err
+    assert not (here / "set").exists()
 
 
 @pytest.mark.parametrize("to", OUT)

@@ -2,16 +2,15 @@
 
 import subprocess
 import sys
-from dataclasses import fields
 
 import numpy as np
 import pytest
+from episodes import same
 
 from dressing_sim.envs import GYMNASIUM_ID
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
-from dressing_sim.episode.trace import Trace
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.suites.suites import load_suite
 
@@ -35,13 +34,6 @@ def played(env, source, seed=0):
         if terminated or truncated:
             break
     return env.unwrapped.recording(), info
-
-
-def same(one, other):
-    for field in fields(Trace):
-        ours, theirs = getattr(one.trace, field.name), getattr(other.trace, field.name)
-        np.testing.assert_array_equal(ours, theirs, err_msg=field.name)
-    assert one.outcome == other.outcome
 
 
 @pytest.mark.parametrize("choices", [{}, {"control": "target", "rotation": True}])

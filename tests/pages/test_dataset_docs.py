@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -21,6 +22,9 @@ DATASETS = (ROOT / "docs" / "datasets.md").read_text(encoding="utf-8")
 RECORDINGS = (ROOT / "docs" / "recordings.md").read_text(encoding="utf-8")
 
 
+CODE = re.findall(r"```python\n(.*?)```", DATASETS, re.DOTALL)
+
+
 @pytest.fixture
 def file(demonstration, tmp_path):
     real = demonstration_of(of_columns("r", columns()), ImportConfig(turn_deg=-TURN_DEG))
@@ -29,13 +33,29 @@ def file(demonstration, tmp_path):
 
 
 def test_h5py_alone_reads_a_file(file):
-    (code,) = re.findall(r"```python\n(.*?)```", DATASETS, re.DOTALL)
+    code, _ = CODE
     assert not re.search(r"import dressing_sim|from dressing_sim", code)
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=file.parent, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 4
+
+
+def test_lerobot_reads_a_folder(demonstration, tmp_path, monkeypatch, opengl):
+    pytest.importorskip("lerobot", reason="LeRobot is not installed: it needs Python 3.12")
+    begun = demonstration.positions[:3], demonstration.commands[:3]
+    monkeypatch.chdir(tmp_path)
+    save_demonstrations(
+        "case_a.h5", [replace(demonstration, positions=begun[0], commands=begun[1])]
+    )
+    (line,) = re.findall(r"^ {4}dressing-sim (export .* --width 320 .*)$", DATASETS, re.MULTILINE)
+    main(line.split())
+    done = subprocess.run(
+        [sys.executable, "-c", CODE[1]], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "'observation.images.close': (3, 240, 320)" in done.stdout
 
 
 def test_the_page_names_every_field_and_no_other(file):

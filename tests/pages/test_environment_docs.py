@@ -15,7 +15,8 @@ TEXT = PAGE.read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL))
 def test_its_code_runs(code):
-    pytest.importorskip("dm_control" if "envs import dm" in code else "gymnasium")
+    needed = {"dm_control": "envs import dm" in code, "lerobot": "lerobot" in code}
+    pytest.importorskip(next((name for name, is_used in needed.items() if is_used), "gymnasium"))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
