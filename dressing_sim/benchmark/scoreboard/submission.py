@@ -164,11 +164,10 @@ def read_submission(path: Path) -> Submission:
 
 def _parsed(values: Any, path: Path) -> Submission:
     of_kind(values, dict, "it", "an object")
-    if values.get("format") != FORMAT or values.get("version") != VERSION:
-        told = shown(values.get("format")), shown(values.get("version"))
-        raise InvalidInputError(
-            f"format {told[0]}, version {told[1]}; valid is {FORMAT!r}, {VERSION}"
-        )
+    kind, version = values.get("format"), values.get("version")
+    if kind != FORMAT or type(version) is not int or version != VERSION:
+        told = f"format {shown(kind)}, version {shown(version)}"
+        raise InvalidInputError(f"{told}; valid is {FORMAT!r}, {VERSION}")
     if set(values) != set(_KEYS):
         raise InvalidInputError(f"keys {shown(sorted(values), 200)}; valid are {', '.join(_KEYS)}")
     statement = from_plain(Statement, values["submitted"])
@@ -176,9 +175,7 @@ def _parsed(values: Any, path: Path) -> Submission:
     of_kind(config, dict, "config", "that of a run")
     of_kind(lines, list, "episodes", "a list of lines of a run")
     if [line["index"] for line in lines] != list(range(len(lines))):
-        raise InvalidInputError(
-            "episodes are not all there, or not in order; valid is 0, 1, ..."
-        )
+        raise InvalidInputError("episodes are not all there, or not in order; valid is 0, 1, ...")
     run = RunFolder(path, config, "".join(json.dumps(line) + "\n" for line in lines).encode())
     if values["episodes_sha256"] != _digest(run):
         raise InvalidInputError("episodes do not match episodes_sha256; they were changed")

@@ -115,7 +115,7 @@ def test_bad_input_is_one_line(out, part, files, tmp_path, monkeypatch, capsys):
 
 
 def test_a_file_that_breaks_a_rule_keeps_the_page_from_being_made(files, tmp_path, monkeypatch):
-    changed(files[1], flip, honest=False)
+    changed(files[1], flip, seal=False)
     with pytest.raises(InvalidInputError, match=re.escape(f"{files[1]}: episodes do not match")):
         scoreboard_page(files, tmp_path / "board.md", "")
 

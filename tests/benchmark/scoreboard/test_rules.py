@@ -1,8 +1,9 @@
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
-from submitted import ADA, ROWS, fake_run
+from submitted import ADA, ROWS, fake_run, others_run
 
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run.origin import Origin
@@ -25,7 +26,7 @@ def refused(plan, part, statement=ADA, **origin):
     found = Origin.here(plan, numerics())
     config = replace(found, provenance=found.provenance | origin).into(plan.to_dict())
     with pytest.raises(InvalidInputError, match=part):
-        check_run(RunFolder("run", json.loads(json.dumps(config)), b""), statement)
+        check_run(RunFolder(Path("run"), json.loads(json.dumps(config)), b""), statement)
 
 
 def test_a_run_that_could_stand_there_is_only_not_finished():
@@ -76,10 +77,10 @@ def test_more_than_one_version_of_the_code_is_said(tmp_path, monkeypatch):
 
 
 def test_whose_policies_they_are_is_said(tmp_path, monkeypatch):
-    folder = fake_run(tmp_path, monkeypatch, entries=[Entry("broken:Fine", "case_a")])
+    folder = others_run(tmp_path, monkeypatch)
     with pytest.raises(InvalidInputError, match="valid is --package with what pip installs"):
         submit(folder, ADA)
-    assert '"package": "broken==1.0"' in submit(folder, replace(ADA, package="broken==1.0"))
+    assert '"package": "mine==1.0"' in submit(folder, replace(ADA, package="mine==1.0"))
 
 
 def test_no_built_in_demonstration_is_on_a_test_posture():

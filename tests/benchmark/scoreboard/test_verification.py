@@ -1,8 +1,9 @@
 import json
+from dataclasses import replace
 
 import pytest
 from fake_benchmark import Threads, write_suite
-from submitted import ADA, changed, fake_run, flip
+from submitted import ADA, changed, fake_run, flip, others_run
 
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run import executors
@@ -116,19 +117,14 @@ def test_other_versions_are_told_where_it_is_not_reproduced(file, capsys):
     assert "  versions.mujoco: '3.9' then, '4." in capsys.readouterr().err
 
 
-def test_other_peoples_code_is_run_only_if_asked_to(tmp_path, monkeypatch, capsys):
-    entries = [Entry("nobodys_module:Policy", "case_a")]
-    with monkeypatch.context() as context:
-        context.setattr("dressing_sim.benchmark.run.plan.hosted_policy", lambda *_, **__: None)
-        context.setattr("dressing_sim.benchmark.run.origin.policy_origins", lambda *_: {})
-        folder = fake_run(tmp_path, context, entries)
-        path = tmp_path / "theirs.json"
-        statement = rules.Statement("Eve", "2026-11-27", package="nobodys-module==1.0")
-        path.write_text(submit(folder, statement))
-        with pytest.raises(InvalidInputError, match=r"from nobodys-module==1\.0; read it, install"):
-            verified(path)
-        with pytest.raises(InvalidInputError, match=r"is nobodys-module==1\.0 installed\?"):
-            verified(path, trust=True)
+def test_other_peoples_code_is_run_only_if_asked_to(tmp_path, monkeypatch):
+    path = tmp_path / "theirs.json"
+    said = replace(ADA, package="nobodys-module==1.0")
+    path.write_text(submit(others_run(tmp_path, monkeypatch), said))
+    with pytest.raises(InvalidInputError, match=r"from nobodys-module==1\.0; read it, install"):
+        verified(path)
+    with pytest.raises(InvalidInputError, match=r"is nobodys-module==1\.0 installed\?"):
+        verified(path, trust=True)
 
 
 @pytest.mark.parametrize(
