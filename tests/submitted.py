@@ -19,10 +19,10 @@ ADA = Statement("Ada Example", "2026-11-27", "https://example.org/~ada")
 ROWS = (Entry("expert"), Entry("tp-gmm", "case_a"))
 
 
-def fake_run(folder, monkeypatch, entries=ROWS, suite="paper5", seed=0, **options):
+def fake_run(folder, monkeypatch, entries=ROWS, **options):
     """A finished run, of ten episodes unless asked otherwise; the study stays without physics."""
     monkeypatch.setitem(STUDIES, "success", partial(Success, work=fake_work(folder)))
-    plan = make_plan(Protocol("mine", suite, tuple(entries)), seed, **options)
+    plan = make_plan(Protocol("mine", "paper5", tuple(entries)), **options)
     with Threads(2) as workers, open_run(folder / "run", plan) as run:
         run_jobs(STUDIES["success"](), run, workers)
     return folder / "run"

@@ -55,7 +55,9 @@ def verify(
         found = run_again(submission, crew, share=share, seed=seed, trust=trust, progress=progress)
     print(json_format.dumps(found.to_dict(), indent=2) if json else one_line(found.told(), 1000))
     if not found.holds:
-        lines = [f"{name}: {line}" for name, all in found.differing.items() for line in all]
+        lines = [
+            f"{name}: {told}" for name, found_in in found.differing.items() for told in found_in
+        ]
         for line in [*found.changed, *lines]:
             print(f"  {one_line(line)}", file=sys.stderr)
         raise SystemExit(1)

@@ -57,7 +57,7 @@ class _Row:
     def rank(self) -> tuple[float, float, str, str]:
         """Its place among others, the best first."""
         rate, low = self.values["pc_success"], self.values["pc_success_ci95"][0]
-        return -1.0 if rate is None else -rate, -low, self.values["policy"], self.file.name
+        return 1.0 if rate is None else -rate, -low, self.values["policy"], self.file.name
 
 
 _COLUMNS: list[Column[_Row]] = [

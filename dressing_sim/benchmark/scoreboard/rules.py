@@ -27,6 +27,9 @@ from dressing_sim.suites.suites import demonstration_postures, load_suite, suite
 #: Suites for testing, and for nothing else: results on these can be compared.
 TEST_SUITES = ("paper5", "test200", "hard_elbow")
 
+#: The seed of all runs: the best of many seeds would be no result.
+SEED = 0
+
 #: Names of policies, demonstrations and packages: nothing that Markdown, a shell or a path needs.
 PLAIN = re.compile(r"[\w.:?=&+@,-]{1,200}", re.ASCII)
 
@@ -117,6 +120,8 @@ def _test(plan: Plan) -> Iterator[str]:
         yield f"other postures than suite {protocol.suite} has, valid is a run without --person"
     if plan.config != EpisodeConfig():
         yield "another world or other rules than the benchmark's, valid is a run without --garment"
+    if plan.seed != SEED:
+        yield f"seed {plan.seed}, valid is a run with --seed {SEED}, so that nobody chooses one"
     if plan.policy_limits != PolicyLimits():
         yield "other limits of time and memory, valid is a run without --fit-time and the like"
     if not 1 <= protocol.demonstration_sets <= len(plan.tested):

@@ -42,8 +42,8 @@ class Verification:
         tried: Indices of those that were run again.
         seed: With which they were drawn.
         differing: Where it differs, lines by what they are about; empty if it was reproduced.
-        largest: The largest difference of two numbers in relation to their size, that the numerics
-            explain.
+        identical: Whether every bit of the episodes is the same.
+        largest: The largest difference of two numbers in relation to their size.
         numerics: In what these differ from the recorded ones; empty if they do not.
         changed: What has other code now, a line each.
     """
@@ -52,6 +52,7 @@ class Verification:
     tried: tuple[int, ...]
     seed: int
     differing: Mapping[str, Sequence[str]]
+    identical: bool
     largest: float
     numerics: str
     changed: Sequence[str]
@@ -66,13 +67,12 @@ class Verification:
         drawn = f"of {len(self.tried)} episodes run again, drawn from {self.n_episodes} with seed"
         if not self.holds:
             return f"not reproduced: {drawn} {self.seed}, or what they need: {self._names()} differ"
-        if self.largest:
+        same = "is as recorded, to the bit"
+        if not self.identical:
             same = (
                 f"has its verdict again, and its numbers within {self.largest:.1g} of their size "
                 f"(other numerics: {self.numerics})"
             )
-        else:
-            same = "is as recorded, to the bit"
         return f"verified: {drawn} {self.seed}, each {same}"
 
     def _names(self) -> str:
@@ -83,7 +83,7 @@ class Verification:
         """Plain values."""
         return {
             "verified": self.holds,
-            "identical": self.holds and not self.largest,
+            "identical": self.identical,
             "n_episodes": self.n_episodes,
             "tried": list(self.tried),
             "seed": self.seed,
@@ -138,31 +138,38 @@ def verify(
         size = min(n, max(fewest, math.ceil(share * n)))
         drawn = np.random.default_rng(chosen).choice(n, size, replace=False)
         tried = tuple(sorted(drawn.tolist()))
-        beyond, largest = _beyond(run, tried, workers, progress)
-        for index, lines in sorted(beyond.items()):
-            job = run.plan.jobs[index]
-            differing[f"episode {index} ({job.entry.label}, {job.posture.name})"] = lines
+        again = _run_again(run, tried, workers, progress)
+        for index in tried:
+            job, agreement = run.plan.jobs[index], again[index]
+            if not agreement.holds:
+                name = f"episode {index} ({job.entry.label}, {job.posture.name})"
+                differing[name] = agreement.beyond
         changed = run.origin.changed(Origin.here(run.plan, numerics()))
-    return Verification(n, tried, chosen, differing, largest, other, changed)
+    return Verification(
+        n_episodes=n,
+        tried=tried,
+        seed=chosen,
+        differing=differing,
+        identical=not any(one.differences for one in again.values()),
+        largest=max((one.largest for one in again.values()), default=0.0),
+        numerics=other,
+        changed=changed,
+    )
 
 
-def _beyond(
+def _run_again(
     run: RunFolder, tried: Sequence[int], workers: Workers, progress: Progress
-) -> tuple[dict[int, list[str]], float]:
-    """Run episodes again: where they differ by more than numerics explain, and the most they do."""
-    found: dict[int, list[str]] = {}
-    largest = 0.0
+) -> dict[int, Agreement]:
+    """How episodes compare with their lines, by index."""
+    found: dict[int, Agreement] = {}
     calls = ((index, (run.path, index)) for index in tried)
     for done, (index, future) in enumerate(completed(workers, _again, calls), start=1):
         try:
-            agreement: Agreement = future.result()
-            lines, largest = agreement.beyond, max(largest, agreement.largest)
+            found[index] = future.result()
         except WorkerDied as death:
-            lines = [str(death)]
-        if lines:
-            found[index] = lines
+            found[index] = Agreement([str(death)], [str(death)], 0.0, "")
         progress("episodes", done, len(tried), "")
-    return found, largest
+    return found
 
 
 def _again(folder: Path, index: int) -> Agreement:

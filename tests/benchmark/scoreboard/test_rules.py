@@ -60,6 +60,7 @@ def test_the_world_the_arms_and_the_limits_are_the_benchmarks():
     person = dressing_person(make_plan(PAPER), "male_small")
     refused(person, "valid is a run without --person")
     refused(make_plan(PAPER, policy_limits=PolicyLimits(fit_time=1e4)), "without --fit-time")
+    refused(make_plan(PAPER, seed=3), "seed 3, valid is a run with --seed 0")
     judged = replace(PAPER, entries=(Entry("tp-gmm?judge=mine.json", "case_a"),))
     plan = replace(make_plan(PAPER), protocol=judged)
     refused(plan, "reads a judge's file")
