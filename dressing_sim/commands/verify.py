@@ -55,9 +55,7 @@ def verify(
         found = run_again(submission, crew, share=share, seed=seed, trust=trust, progress=progress)
     print(json_format.dumps(found.to_dict(), indent=2) if json else one_line(found.told(), 1000))
     if not found.holds:
-        lines = [
-            f"{name}: {told}" for name, found_in in found.differing.items() for told in found_in
-        ]
-        for line in [*found.changed, *lines]:
+        told = [f"{name}: {line}" for name, one in found.differing.items() for line in one]
+        for line in [*found.changed, *told]:
             print(f"  {one_line(line)}", file=sys.stderr)
         raise SystemExit(1)
