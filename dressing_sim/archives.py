@@ -9,7 +9,8 @@ import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from math import prod
+from functools import partial
+from math import isfinite, prod
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -172,6 +173,35 @@ def read_json(path: str | Path, most: int = MOST_JSON_BYTES) -> Any:
         InvalidInputError: It cannot be read, is too large, or is not JSON.
     """
     return _parsed(path, most, "JSON", json.loads)
+
+
+def read_strict_json(path: str | Path, most: int = MOST_JSON_BYTES) -> Any:
+    """The value in a JSON file of somebody else's, in which every name and number means one thing.
+
+    Raises:
+        InvalidInputError: As of `read_json`; or an object has a name twice, or a number is NaN,
+            infinite, or larger than a float can be.
+    """
+    parse = partial(
+        json.loads, object_pairs_hook=_named_once, parse_constant=_finite, parse_float=_finite
+    )
+    return _parsed(path, most, "JSON", parse)
+
+
+def _named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"the name {twice!r:.60} occurs twice in an object")
+    return values
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not isfinite(number):
+        raise ValueError(f"the number {text:.60} is not finite")
+    return number
 
 
 def read_toml(path: str | Path, most: int = MOST_TOML_BYTES) -> dict[str, Any]:

@@ -31,14 +31,20 @@ def _commands() -> dict[str, Any]:
     from dressing_sim.commands.planar import planar
     from dressing_sim.commands.practise import practise
     from dressing_sim.commands.replay import replay
+    from dressing_sim.commands.scoreboard import scoreboard
+    from dressing_sim.commands.submit import submit
     from dressing_sim.commands.thresholds import thresholds
     from dressing_sim.commands.tune import tune
     from dressing_sim.commands.validate import validate
+    from dressing_sim.commands.verify import verify
     from dressing_sim.commands.view import view
 
     return {
         "evaluate": evaluate,
         "replay": replay,
+        "submit": submit,
+        "verify": verify,
+        "scoreboard": scoreboard,
         "demonstrate": demonstrate,
         "export": export,
         "import": import_,

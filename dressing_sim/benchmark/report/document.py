@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
 #: Texts of a table, the first row the heading.
@@ -44,10 +44,17 @@ class Items:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Cells of text, the first row the heading, the first column what a row is about."""
+    """Cells of text, the first row the heading, the first column what a row is about.
+
+    Attributes:
+        cells: The texts.
+        caption: What they are about.
+        links: Where a cell leads: an address by its row, the heading's is 0, and its column.
+    """
 
     cells: Cells
     caption: str = ""
+    links: Mapping[tuple[int, int], str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from dressing_sim.benchmark.report.document import (
     Block,
@@ -30,11 +30,21 @@ def markdown(document: Document) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def markdown_table(cells: Sequence[Sequence[str]]) -> str:
-    """Cells of text, heading first, as a Markdown table."""
-    heading, *body = cells
-    rows = ["| " + " | ".join(map(_cell, row)) + " |" for row in (heading, *body)]
-    return "\n".join([rows[0], "| " + " | ".join(["---"] * len(heading)) + " |", *rows[1:]])
+def markdown_table(
+    cells: Sequence[Sequence[str]], links: Mapping[tuple[int, int], str] | None = None
+) -> str:
+    """Cells of text, heading first, as a Markdown table; `links` as of `Table`."""
+    found = links or {}
+
+    def text(row: int, column: int, cell: str) -> str:
+        address = found.get((row, column))
+        return _cell(cell) if address is None else f"[{_cell(cell)}]({address})"
+
+    rows = [
+        "| " + " | ".join(text(row, column, cell) for column, cell in enumerate(line)) + " |"
+        for row, line in enumerate(cells)
+    ]
+    return "\n".join([rows[0], "| " + " | ".join(["---"] * len(cells[0])) + " |", *rows[1:]])
 
 
 def _section(section: Section, level: int) -> Iterator[str]:
@@ -51,8 +61,8 @@ def _block(block: Block, level: int) -> Iterator[str]:
             yield f"```{language}\n{text}\n```" if language else _indented(text)
         case Items(items):
             yield "\n".join(f"* {_line(item)}" for item in items)
-        case Table(cells, caption):
-            yield markdown_table(cells)
+        case Table(cells, caption, links):
+            yield markdown_table(cells, links)
             if caption:
                 yield _escaped(caption)
         case Plot(name, _, alt, caption, file):

@@ -137,7 +137,7 @@ class Work:
 
 
 def record_demonstrations(
-    folder: OpenRun, workers: Workers, progress: Progress = silent, work: Work | None = None
+    folder: RunFolder, workers: Workers, progress: Progress = silent, work: Work | None = None
 ) -> dict[tuple[str, int], list[Demonstration]]:
     """Demonstrations by name and set; those in the folder are loaded, the others recorded into it.
 

@@ -36,9 +36,8 @@ def summarise(
         the results come.
     """
     episodes = EpisodeTable.of(results)
-    sets = range(protocol.demonstration_sets if protocol.demonstration_sets > 1 else 0)
     return {
-        "rows": [_row(entry, episodes.of_entry(entry), sets) for entry in protocol.entries],
+        "rows": summary_rows(protocol, episodes),
         "comparisons": comparisons(episodes, _generator()),
         "claims": [claim.to_dict() for claim in judge_claims(episodes, _generator())],
         "versions": versions(),
@@ -49,6 +48,12 @@ def summarise(
             **config,
         },
     }
+
+
+def summary_rows(protocol: Protocol, episodes: EpisodeTable) -> list[dict[str, Any]]:
+    """The ``rows`` of `summarise`, one for each of the protocol's."""
+    sets = range(protocol.demonstration_sets if protocol.demonstration_sets > 1 else 0)
+    return [_row(entry, episodes.of_entry(entry), sets) for entry in protocol.entries]
 
 
 def _generator() -> np.random.Generator:
