@@ -86,7 +86,7 @@ def last_closing(commands: Array, before: int) -> int:
 
 def entry(phase: str, name: str, path: Array, begin: int, hammer: Array, axes: Array) -> dict:
     """One recording with its two frames."""
-    kept = path[begin :][::-1][::STEP][::-1]
+    kept = path[begin:][::-1][::STEP][::-1]
     start = {"A": np.eye(3).tolist(), "b": kept[0].round(4).tolist()}
     goal = {"A": upright(axes).round(6).tolist(), "b": hammer.round(4).tolist()}
     return {

@@ -18,6 +18,7 @@ from dressing_sim.learning.rivals.movement_primitives import (
 from dressing_sim.learning.rivals.neural import NeuralPrimitive
 from dressing_sim.learning.rivals.references import Nearest, Straight, ViaOracle
 from dressing_sim.learning.rivals.regression import FrameRegression, WorldRegression
+from dressing_sim.learning.rivals.selected import ChosenComponents
 from dressing_sim.learning.rivals.semi_markov import SemiMarkov
 from dressing_sim.learning.rivals.task_dmp import TaskDMP
 from dressing_sim.learning.rivals.transported import Transportation
@@ -36,6 +37,7 @@ METHODS: Mapping[str, Method] = {
     "tp-gmr": LearnedWeights(updates=0),
     "tp-gmr-learned": LearnedWeights(),
     "tp-gmr-inferred": InferredWeights(),
+    "tp-gmr-bic": ChosenComponents(),
     "frame-weighted": FrameWeighted(),
     "tp-dmp": TaskDMP(),
     "kmp": KernelizedPrimitives(),
