@@ -1,6 +1,6 @@
 """Another task than dressing: two people hand over a hammer, and the library learns from them.
 
-python examples/07_a_second_task.py [--counts 2 3 4] [--splits 21] [--page PAGE] [--plot PLOT]
+python examples/07_a_second_task.py [--counts 2 3 4] [--splits 10] [--page PAGE] [--plot PLOT]
 
 Nothing here knows of arms or sleeves. Each recording has two frames: where the gripper began, and
 the hammer, which lay or was held differently every time. Methods learn from a few recordings and
@@ -179,7 +179,7 @@ def main() -> None:
     """Learn from every split, ask for what was held out, tell."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--counts", type=int, nargs="+", default=[2, 3, 4])
-    parser.add_argument("--splits", type=int, default=21, help="sets to learn from, of each count")
+    parser.add_argument("--splits", type=int, default=10, help="sets to learn from, of each count")
     parser.add_argument("--page", type=Path, help="whose table is written anew")
     parser.add_argument("--plot", type=Path)
     args = parser.parse_args()

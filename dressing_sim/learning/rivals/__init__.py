@@ -7,6 +7,7 @@ same mixtures.
 
 from collections.abc import Mapping
 
+from dressing_sim.learning.rivals.attractor import VirtualAttractor
 from dressing_sim.learning.rivals.frame_weighted import FrameWeighted
 from dressing_sim.learning.rivals.incremental import Incremental
 from dressing_sim.learning.rivals.kernelized import KernelizedPrimitives
@@ -38,6 +39,7 @@ METHODS: Mapping[str, Method] = {
     "tp-gmr-learned": LearnedWeights(),
     "tp-gmr-inferred": InferredWeights(),
     "tp-gmr-bic": ChosenComponents(),
+    "ds-gmr": VirtualAttractor(),
     "frame-weighted": FrameWeighted(),
     "tp-dmp": TaskDMP(),
     "kmp": KernelizedPrimitives(),
