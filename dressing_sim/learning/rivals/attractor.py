@@ -4,9 +4,9 @@ Each demonstration is the motion of a mass that is pulled to a virtual attractor
 
     x'' = k (y - x) - d x',     so     y = x + (x'' + d x') / k.
 
-Attractors' paths are learned as a mixture over time in all frames; in a new situation the regression
-gives y(t), and the mass follows from where it is. A start that nobody demonstrated, or a push, is
-forgotten as fast as the spring allows.
+Attractors' paths are learned as a mixture over time in all frames; in a new situation the
+regression gives y(t), and the mass follows from where it is. A start that nobody demonstrated, or a
+push, is forgotten as fast as the spring allows.
 
 Source: Calinon, Li, Alizadeh, Tsagarakis and Caldwell (2012), "Statistical dynamical systems for
 skills acquisition in humanoids", IEEE-RAS Humanoids.
