@@ -179,7 +179,7 @@ class TimeTPGMM:
         """
         self.model.fitted()
         assert self.dt is not None
-        times = np.arange(round(self.duration / self.dt) + 1) * self.dt
+        times = np.arange(round(self.duration / self.dt) + 1, dtype=np.float64) * self.dt
         path, _ = self.at_times(frames, times)
         return path if start is None else self._begun_at(start, path, times)
 
@@ -210,7 +210,7 @@ class TimeTPGMM:
         most = round(self.duration / self.dt) + 1
         if not 1 <= len(moments) <= most:
             raise InvalidInputError(f"there are {len(moments)} situations, valid is 1 to {most}")
-        times = np.arange(len(moments)) * self.dt
+        times = np.arange(len(moments), dtype=np.float64) * self.dt
         pairs = zip(moments, times[:, None], strict=True)
         path = np.concatenate([self.at_times(frames, time)[0] for frames, time in pairs])
         return path if start is None else self._begun_at(start, path, times)
