@@ -30,7 +30,6 @@ def test_a_richer_motion_has_more_components(criterion):
     method = ChosenComponents(samples=120, criterion=criterion, floor=1e-4)
     few, many = (method.components(zigzag(corners)) for corners in (2, 6))
     assert 2 <= few < many
-    assert many >= 6
 
 
 def test_the_criterion_has_its_own_choice_for_lines_in_time():
