@@ -106,7 +106,7 @@ METHODS = {
     "GMR in the hammer's frame": reference(FrameRegression(frame="last")),
     "straight line": reference(RIVALS["straight"]),
 }
-FIRST = next(iter(METHODS))
+BASE = "straight line"  # what others are compared with
 
 
 def judged(shown: Shows, count: int, splits: int) -> dict[str, np.ndarray]:
@@ -140,14 +140,14 @@ def difference(paired: np.ndarray) -> str:
 def table(results: dict[tuple[str, int], dict[str, np.ndarray]]) -> str:
     """Markdown: a row for each phase, number of recordings and method."""
     lines = [
-        f"| | shown | method | end [mm] | against {FIRST} | DTW [mm] | against {FIRST} |",
+        f"| | shown | method | end [mm] | against a {BASE} | DTW [mm] | against a {BASE} |",
         "|---|---|---|---|---|---|---|",
     ]
     for (phase, count), errors in results.items():
         for name, values in errors.items():
             cells = [phase, str(count), name]
-            for measure, base in zip(values.T, errors[FIRST].T, strict=True):
-                compared = "" if name == FIRST else difference(measure - base)
+            for measure, base in zip(values.T, errors[BASE].T, strict=True):
+                compared = "" if name == BASE else difference(measure - base)
                 cells += [f"{measure.mean():.0f}", compared]
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
