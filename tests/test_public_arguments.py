@@ -117,7 +117,7 @@ VALID = {
 
 #: Methods of what these make.
 METHODS = {
-    "TPGMM.fit": (MODEL.fit, {"demonstrations": DEMONSTRATIONS}),
+    "TPGMM.fit": (MODEL.fit, {"demonstrations": DEMONSTRATIONS, "weights": [1.0, 2.0]}),
     "TPGMM.samples": (MODEL.samples, {"demonstrations": DEMONSTRATIONS}),
     "TPGMM.log_likelihood": (MODEL.log_likelihood, {"demonstrations": DEMONSTRATIONS}),
     "TPGMM.regression": (MODEL.regression, {"frames": FRAMES}),
@@ -135,6 +135,7 @@ METHODS = {
     ),
     "TimeTPGMM.fit": (TIMED.fit, {"demonstrations": DEMONSTRATIONS}),
     "TimeTPGMM.generate": (TIMED.generate, {"frames": FRAMES}),
+    "TimeTPGMM.follow": (TIMED.follow, {"situations": [FRAMES, FRAMES]}),
     "TimeTPGMM.at_times": (TIMED.at_times, {"frames": FRAMES, "times": np.arange(3.0)}),
     "TimeTPGMM.motion": (TIMED.motion, {"frames": FRAMES}),
     "TimeTPGMM.log_density": (

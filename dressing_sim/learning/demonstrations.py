@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from dressing_sim.checks import listed, real_array, real_number, shown
+from dressing_sim.checks import LARGEST, listed, real_array, real_number, real_vector, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray, Frame, Situation
 
@@ -105,6 +106,18 @@ def _check(demonstration: DemonstrationLike, first: tuple[int, int] | None) -> t
     if not extent > 1e-9 * (1.0 + np.abs(positions).max(initial=0.0)):
         raise InvalidInputError("stands still: there is no motion to learn from")
     return n_frames, dimension
+
+
+def check_weights(weights: ArrayLike, count: int) -> FloatArray:
+    """Weights of demonstrations (M,), once they are above zero.
+
+    Raises:
+        InvalidInputError: another number of them, or one that is not above zero.
+    """
+    values = real_vector(weights, count, f"weights of {count} demonstrations have")
+    for index, value in enumerate(values):
+        real_number(float(value), f"the weight of demonstration {index}", 0.0, LARGEST, above=True)
+    return values
 
 
 def duration(demonstration: DemonstrationLike) -> float:

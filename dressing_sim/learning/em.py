@@ -143,8 +143,20 @@ def _falls(objectives: FloatArray, tolerance: float) -> bool:
     return bool(objectives[-1] < objectives[-2] - max(tolerance, rounding))
 
 
+def variances(data: FloatArray, importance: FloatArray | None = None) -> FloatArray:
+    """Variance (P, D) of samples (P, D, N), each counted as often as its ``importance`` (N,)."""
+    if importance is None:
+        return data.var(axis=2)
+    centred = data - np.average(data, axis=2, weights=importance)[:, :, None]
+    return np.asarray(np.average(centred**2, axis=2, weights=importance))
+
+
 def covariance_floor(
-    data: FloatArray, blocks: Sequence[int], floor: Sequence[float], relative: bool
+    data: FloatArray,
+    blocks: Sequence[int],
+    floor: Sequence[float],
+    relative: bool,
+    importance: FloatArray | None = None,
 ) -> FloatArray:
     """The matrices (P, D, D) that are added to every covariance.
 
@@ -154,6 +166,7 @@ def covariance_floor(
         floor: one value a block. Absolute: a variance, in the block's unit squared. Relative: a
             fraction of the block's variance (mean over its axes), frame by frame.
         relative: which of the two.
+        importance: (N,), how much each sample counts for the data's variance; None for all alike.
 
     Every block's floor is a multiple of the identity, so a rotated frame sees the same floor.
     """
@@ -166,7 +179,9 @@ def covariance_floor(
     begin = 0
     for size, value in zip(blocks, floor, strict=True):
         axes = np.arange(begin, begin + size)
-        scale = data[:, axes].var(axis=2).mean(axis=1) if relative else np.ones(n_frames)
+        scale = np.ones(n_frames)
+        if relative:
+            scale = variances(data[:, axes], importance).mean(axis=1)
         matrices[:, axes, axes] = (value * scale)[:, None]
         begin += size
     return matrices
@@ -251,15 +266,23 @@ def initialise_by_k_means(
 
 
 def fit_mixture(
-    data: FloatArray, initial: Mixture, floor: FloatArray, options: EMOptions
+    data: FloatArray,
+    initial: Mixture,
+    floor: FloatArray,
+    options: EMOptions,
+    importance: FloatArray | None = None,
 ) -> tuple[Mixture, EMRecord]:
     """Expectation-maximisation from ``initial``, which is left as it is.
+
+    With an importance w_n, whose scale does not matter, it maximises sum_n w_n log p(x_n): a sample
+    of importance 2 is as two samples.
 
     Args:
         data: (P, D, N) samples in each frame.
         initial: where to start; the current model for a warm start.
         floor: (P, D, D), added to every covariance at every step, or the scale of a prior.
         options: when to stop, and which of the two.
+        importance: (N,) above zero, how much each sample counts; None for all alike.
 
     Raises:
         InvalidInputError: a covariance became singular, which a larger floor prevents.
@@ -268,8 +291,13 @@ def fit_mixture(
 
     priors, means = initial.priors.copy(), initial.means.copy()
     covariances = initial.covariances.copy()
+    n_samples = data.shape[2]
+    counted = (
+        np.ones(n_samples) if importance is None else importance * (n_samples / importance.sum())
+    )
     record, stopped, sound = expectation_maximisation(
         np.ascontiguousarray(data, dtype=np.float64),
+        np.ascontiguousarray(counted, dtype=np.float64),
         floor,
         priors,
         means,

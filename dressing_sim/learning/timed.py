@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike
 
 from dressing_sim.checks import (
     LARGEST,
+    listed,
     of_kind,
     real_array,
     real_number,
     real_vector,
     truth_value,
 )
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.costs import rms_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -104,8 +106,15 @@ class TimeTPGMM:
         self.dt: float | None = None
         self.duration = 0.0
 
-    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
+    def fit(
+        self, demonstrations: Sequence[DemonstrationLike], weights: ArrayLike | None = None
+    ) -> Self:
         """Learn from demonstrations of any lengths and sampling times; returns the policy itself.
+
+        Args:
+            demonstrations: one or more, with the same number of frames.
+            weights: of each demonstration (M,), above zero, see ``TPGMM.fit``; the duration
+                and the clock are those of all alike.
 
         Raises:
             InvalidInputError: demonstrations that cannot be learned from.
@@ -115,7 +124,7 @@ class TimeTPGMM:
         if self.clock is None:
             tell(checked)
         checked = on_clock(self.clock, checked)
-        self.model.fit(checked)
+        self.model.fit(checked, weights=weights)
         self.dt = min(float(demonstration.dt) for demonstration in checked)
         self.duration = float(np.mean([duration(demonstration) for demonstration in checked]))
         return self
@@ -170,10 +179,44 @@ class TimeTPGMM:
         """
         self.model.fitted()
         assert self.dt is not None
-        times = np.arange(round(self.duration / self.dt) + 1) * self.dt
+        times = np.arange(round(self.duration / self.dt) + 1, dtype=np.float64) * self.dt
         path, _ = self.at_times(frames, times)
-        if start is None:
-            return path
+        return path if start is None else self._begun_at(start, path, times)
+
+    def follow(
+        self, situations: Sequence[Sequence[Frame]], start: ArrayLike | None = None
+    ) -> FloatArray:
+        """The motion for frames that move: at each time the regression in the frames of that time.
+
+        What is learned is a path seen from frames, whether they stand still or not: Calinon (2016)
+        writes A and b with a time index. A position knows the frames of its own time and no later
+        one, so a path can be asked for piece by piece while a person moves.
+
+        Args:
+            situations: where the frames are at 0, ``dt``, 2 ``dt``, ...: as many as there are
+                samples, at most those of the demonstrations' mean duration.
+            start: as in ``generate``.
+
+        Returns:
+            Positions (T, p) in world coordinates, ``dt`` apart, one for each situation.
+
+        Raises:
+            InvalidInputError: not fitted, no situation or more than the motion takes, or what
+                ``generate`` refuses.
+        """
+        self.model.fitted()
+        assert self.dt is not None
+        moments = listed(situations, "situations", "a sequence of situations")
+        most = round(self.duration / self.dt) + 1
+        if not 1 <= len(moments) <= most:
+            raise InvalidInputError(f"there are {len(moments)} situations, valid is 1 to {most}")
+        times = np.arange(len(moments), dtype=np.float64) * self.dt
+        pairs = zip(moments, times[:, None], strict=True)
+        path = np.concatenate([self.at_times(frames, time)[0] for frames, time in pairs])
+        return path if start is None else self._begun_at(start, path, times)
+
+    def _begun_at(self, start: ArrayLike, path: FloatArray, times: FloatArray) -> FloatArray:
+        """A path (T, p) at times (T,) that begins at a start, which fades out."""
         p = path.shape[1]
         origin = real_vector(start, p, f"start must be {p} finite coordinates: it has")
         phase = np.minimum(times / (self.blend * self.duration), 1.0)

@@ -12,6 +12,7 @@ from types import NoneType
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dressing_sim.checks import (
     LARGEST,
@@ -25,7 +26,7 @@ from dressing_sim.checks import (
 )
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import em
-from dressing_sim.learning.demonstrations import DemonstrationLike
+from dressing_sim.learning.demonstrations import DemonstrationLike, check_weights
 from dressing_sim.learning.density import GaussianMixture
 from dressing_sim.learning.em import EMOptions, EMRecord, Initialisation, Mixture
 from dressing_sim.learning.frame import FloatArray, Frame, situation
@@ -155,13 +156,19 @@ class TPGMM:
         return on_clock(clock, demonstrations)
 
     def fit(
-        self, demonstrations: Sequence[DemonstrationLike], warm_start: Mixture | None = None
+        self,
+        demonstrations: Sequence[DemonstrationLike],
+        warm_start: Mixture | None = None,
+        weights: ArrayLike | None = None,
     ) -> Self:
         """Learn the mixture from demonstrations of any lengths and return the model itself.
 
         Args:
             demonstrations: one or more, with the same number of frames.
             warm_start: where expectation-maximisation starts, instead of the initialisation.
+            weights: of each demonstration (M,), above zero: one of weight 2 counts as if it were
+                there twice. Their scale does not matter; None counts all alike. The initialisation
+                does not look at them.
 
         Raises:
             InvalidInputError: demonstrations that cannot be learned from, fewer samples than
@@ -171,7 +178,10 @@ class TPGMM:
             self.clock = Clock.of(demonstrations, self.alignment)
         data, lengths = self.samples(demonstrations)
         blocks = self.blocks(data.shape[1])
-        floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor)
+        importance = None
+        if weights is not None:
+            importance = np.repeat(check_weights(weights, len(lengths)), lengths)
+        floor = em.covariance_floor(data, blocks, self.floor, self.relative_floor, importance)
         if warm_start is not None:
             of_kind(warm_start, Mixture, "warm_start", "a Mixture or None")
             if warm_start.means.shape != (self.n_components, *data.shape[:2]):
@@ -183,8 +193,8 @@ class TPGMM:
             initial = em.initialise_by_k_means(data, self.n_components, floor, self.rng)
         else:
             initial = em.initialise_by_time(data, lengths, self.n_components, floor)
-        self.mixture, self.record = em.fit_mixture(data, initial, floor, self.options)
-        self.spread = data[:, blocks[0] :].var(axis=2).mean(axis=1)
+        self.mixture, self.record = em.fit_mixture(data, initial, floor, self.options, importance)
+        self.spread = em.variances(data[:, blocks[0] :], importance).mean(axis=1)
         self.predictive = self.mixture
         if self.shrinkage:
             self.predictive = shrink_between(self.mixture, data, lengths, blocks)

@@ -171,8 +171,15 @@ class TrajectoryTPGMM:
         self.start_point: Endpoint | None = None
         self.end_point: Endpoint | None = None
 
-    def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
+    def fit(
+        self, demonstrations: Sequence[DemonstrationLike], weights: ArrayLike | None = None
+    ) -> Self:
         """Learn from demonstrations of any lengths and sampling times; returns the policy itself.
+
+        Args:
+            demonstrations: one or more, with the same number of frames.
+            weights: of each demonstration (M,), above zero, see ``TPGMM.fit``; durations and
+                the clock are those of all alike.
 
         Raises:
             InvalidInputError: demonstrations that cannot be learned from.
@@ -194,10 +201,10 @@ class TrajectoryTPGMM:
         self._mean_length = float(
             np.mean([step.sum() * d.dt / self.dt for step, d in zip(steps, checked, strict=True)])
         )
-        self.start_point = Endpoint.of(checked, 0)
-        self.end_point = Endpoint.of(checked, -1)
+        self.start_point = Endpoint.of(checked, 0, weights)
+        self.end_point = Endpoint.of(checked, -1, weights)
         self.model.dt = self.dt
-        self.model.fit(checked)
+        self.model.fit(checked, weights=weights)
         return self
 
     def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:

@@ -353,3 +353,30 @@ def test_a_fit_that_ends_because_a_floor_lowers_the_likelihood_does_not_say_that
         np.testing.assert_array_equal(record.objectives, record.log_likelihoods)
         fell.append(record.fell)
     assert any(fell)
+
+
+@pytest.mark.parametrize("flooring", ["added", "prior"])
+def test_a_sample_of_importance_two_is_two_samples(flooring):
+    data, lengths = curves()
+    floor = 1e-2 * np.tile(np.eye(3), (2, 1, 1))
+    start = initialise_by_time(data, lengths, 4, floor)
+    options = EMOptions(10, 10, flooring=flooring)
+    importance = np.repeat([2.0, 1.0, 1.0], lengths)
+    once, record = fit_mixture(data, start, floor, options, 7.0 * importance)
+    twice = np.concatenate([data, data[:, :, : lengths[0]]], axis=2)
+    expected, other = fit_mixture(twice, start, floor, options)
+    for name in ("priors", "means", "covariances"):
+        np.testing.assert_allclose(getattr(once, name), getattr(expected, name), atol=1e-10)
+    np.testing.assert_allclose(record.objectives, other.objectives, atol=1e-10)
+    assert covariance_floor(data, (1, 2), (0.1, 0.2), True, importance) == pytest.approx(
+        covariance_floor(twice, (1, 2), (0.1, 0.2), True)
+    )
+
+
+def test_alike_importances_change_no_bit():
+    data, lengths = curves()
+    start = initialise_by_time(data, lengths, 4, zero_floor(data))
+    plain, _ = fit_mixture(data, start, zero_floor(data), EMOptions())
+    alike, _ = fit_mixture(data, start, zero_floor(data), EMOptions(), np.full(data.shape[2], 0.5))
+    for name in ("priors", "means", "covariances"):
+        np.testing.assert_array_equal(getattr(plain, name), getattr(alike, name))

@@ -58,3 +58,24 @@ def test_the_predicted_point_is_the_likeliest_by_all_frames_together():
 
     for step in 1e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
         assert badness(point + step) > badness(point)
+
+
+def test_weights_are_shares_of_the_points():
+    demonstrations = reaching_demonstrations(3)
+    plain, alike = (Endpoint.of(demonstrations, -1, one) for one in (None, [0.2, 0.2, 0.2]))
+    np.testing.assert_allclose(alike.means, plain.means)
+    np.testing.assert_allclose(alike.covariances, plain.covariances)
+    ends = [[f.to_local(d.positions[-1]) for f in d.frames] for d in demonstrations]
+    heavy = Endpoint.of(demonstrations, -1, [2.0, 1.0, 1.0])
+    np.testing.assert_allclose(heavy.means, np.average(ends, axis=0, weights=[2.0, 1.0, 1.0]))
+
+
+def test_a_demonstration_that_outweighs_all_others_is_as_one_alone():
+    demonstrations = reaching_demonstrations(3)
+    heavy = Endpoint.of(demonstrations, -1, [1e9, 1.0, 1.0])
+    np.testing.assert_allclose(
+        heavy.predict(demonstrations[0].frames), demonstrations[0].positions[-1], atol=1e-6
+    )
+    assert Endpoint.of(demonstrations[:1], -1, [3.0]).covariances == pytest.approx(
+        Endpoint.of(demonstrations[:1], -1).covariances
+    )

@@ -184,3 +184,52 @@ def test_the_least_variance_of_a_relative_ridge_is_its_share_of_the_data_s():
     local = np.concatenate([d.frames[0].to_local(d.positions) for d in one])
     added = ridged.at_times(one[0].frames, [2.0])[1] - plain.at_times(one[0].frames, [2.0])[1]
     np.testing.assert_allclose(added[0], 0.2 * local.var(axis=0).mean() * np.eye(3), atol=1e-9)
+
+
+def test_a_heavy_demonstration_is_reproduced_better():
+    demonstrations = reaching_demonstrations(3, wobble=0.03)
+    light, heavy = (TimeTPGMM().fit(demonstrations, w) for w in (None, [20.0, 1.0, 1.0]))
+    assert heavy.cost(demonstrations[:1]) < 0.8 * light.cost(demonstrations[:1])
+
+
+def at_places(frames, places):
+    return [tuple(Frame(f.A, f.b + place) for f in frames) for place in places]
+
+
+def test_frames_that_stand_still_are_a_situation():
+    policy = TimeTPGMM().fit(reaching_demonstrations(3))
+    frames = reaching_situation(np.random.default_rng(9))
+    path = policy.generate(frames)
+    followed = policy.follow([frames] * len(path))
+    np.testing.assert_array_equal(followed, path)
+    np.testing.assert_array_equal(
+        policy.follow([frames] * len(path), start=[0, 0, 0]), policy.generate(frames, [0, 0, 0])
+    )
+
+
+def test_frames_that_move_together_carry_the_path_along(rng):
+    policy = TimeTPGMM().fit(reaching_demonstrations(3))
+    frames = reaching_situation(np.random.default_rng(9))
+    path = policy.generate(frames)
+    places = np.cumsum(0.01 * rng.standard_normal(path.shape), axis=0)
+    followed = policy.follow(at_places(frames, places))
+    np.testing.assert_allclose(followed, path + places, atol=1e-9)
+
+
+def test_a_path_ends_where_the_last_frame_has_gone_and_knows_no_later_place():
+    policy = TimeTPGMM().fit(reaching_demonstrations(3))
+    start, end = reaching_situation(np.random.default_rng(9))
+    still = policy.generate((start, end))
+    shifts = np.linspace([0, 0, 0], [0.1, 0.0, -0.1], len(still))
+    followed = policy.follow([(start, Frame(end.A, end.b + shift)) for shift in shifts])
+    at_the_end = policy.generate((start, Frame(end.A, end.b + shifts[-1])))
+    np.testing.assert_allclose(followed[-1], at_the_end[-1], atol=1e-9)
+    half = len(still) // 2
+    halted = [(start, Frame(end.A, end.b + shift)) for shift in shifts[:half]]
+    np.testing.assert_array_equal(policy.follow(halted), followed[:half])
+
+
+def test_frames_at_no_time_are_an_error():
+    policy = TimeTPGMM().fit(reaching_demonstrations(2))
+    with pytest.raises(InvalidInputError, match="situations"):
+        policy.follow([])

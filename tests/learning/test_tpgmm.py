@@ -163,3 +163,21 @@ def test_an_unfitted_model_and_a_foreign_situation_are_errors():
         model.regression([Frame(np.eye(2), np.zeros(2))] * 2)
     with pytest.raises(InvalidInputError, match="warm start"):
         TPGMM(3).fit(demonstrations, model.fitted())
+
+
+def test_a_demonstration_of_weight_two_counts_as_if_it_were_there_twice():
+    first, *others = reaching_demonstrations(3)
+    settings = {"relative_floor": True, "floor": 0.05}
+    start = TPGMM(3, **settings).fit([first, *others]).fitted()
+    weighted = TPGMM(3, **settings).fit([first, *others], start, weights=[6.0, 3.0, 3.0])
+    twice = TPGMM(3, **settings).fit([first, first, *others], start)
+    for name in ("priors", "means", "covariances"):
+        expected = getattr(twice.fitted(), name)
+        np.testing.assert_allclose(getattr(weighted.fitted(), name), expected, atol=1e-9)
+    np.testing.assert_allclose(weighted.spread, twice.spread)
+
+
+@pytest.mark.parametrize("weights", [[1.0, 2.0], [1.0, 0.0, 1.0], [1.0, np.nan, 1.0], "all"])
+def test_weights_that_cannot_be_are_errors(weights):
+    with pytest.raises(InvalidInputError, match="weight"):
+        TPGMM(3).fit(reaching_demonstrations(3), weights=weights)

@@ -351,3 +351,15 @@ def test_one_frame_is_enough():
     assert policy.cost(demonstrations) < 0.1
     with pytest.raises(InvalidInputError, match="start must be 3"):
         policy.generate(frames, np.zeros(4))
+
+
+def test_a_heavy_demonstration_is_reproduced_better():
+    demonstrations = reaching_demonstrations(3, wobble=0.03)
+    asked = demonstrations[0]
+
+    def error(weights):
+        policy = TrajectoryTPGMM().fit(demonstrations, weights)
+        return dtw_distance(policy.generate(asked.frames, asked.positions[0]), asked.positions)
+
+    assert error([20.0, 1.0, 1.0]) < 0.8 * error(None)
+    assert error([1.0, 1.0, 1.0]) == pytest.approx(error(None))

@@ -16,6 +16,7 @@ SAYS = {
     "04_learn_by_trial.py": "6 episodes; the return went from",
     "05_a_recording.py": "played again: True",
     "06_a_study_of_your_own.py": "friction 0.3: dressed 1 of 1",
+    "07_a_second_task.py": "| take | 2 | straight line |",
 }
 
 #: So that they take seconds.
@@ -23,10 +24,11 @@ BRIEFLY = {
     "04_learn_by_trial.py": ["--generations", "1", "--population", "4", "--out", "a.png"],
     "05_a_recording.py": ["--out", "a.csv", "--plot", "a.png"],
     "06_a_study_of_your_own.py": ["--suite", "random:1", "--frictions", "0.3"],
+    "07_a_second_task.py": ["--counts", "2", "--splits", "1", "--plot", "a.png"],
 }
 
 #: More lines than this are no example.
-LINES = {"04_learn_by_trial.py": 200}
+LINES = {"04_learn_by_trial.py": 200, "07_a_second_task.py": 200}
 
 #: What an example needs and not every installation has.
 NEEDS = {"03_gymnasium.py": ["gymnasium"], "04_learn_by_trial.py": ["gymnasium", "cmaes"]}

@@ -31,6 +31,7 @@ def whiten(
 @compiled
 def block_responsibilities(
     data: np.ndarray,
+    importance: np.ndarray,
     begin: int,
     size: int,
     means: np.ndarray,
@@ -41,7 +42,8 @@ def block_responsibilities(
 ) -> float:
     """Responsibilities of ``size`` samples into ``logs`` (K, BLOCK); returns their log-likelihood.
 
-    Log-sum-exp over the components, so a sample far from all of them still gets sound weights.
+    Both are times each sample's ``importance`` (N,). Log-sum-exp over the components, so a sample
+    far from all of them still gets sound weights.
     """
     n_components, n_frames, n_dims = means.shape
     largest, total = work[0], work[1]
@@ -76,8 +78,8 @@ def block_responsibilities(
             total[n] += log[n]
     log_likelihood = 0.0
     for n in range(size):
-        log_likelihood += largest[n] + np.log(total[n])
-        total[n] = 1.0 / total[n]
+        log_likelihood += importance[begin + n] * (largest[n] + np.log(total[n]))
+        total[n] = importance[begin + n] / total[n]
     for k in range(n_components):
         log = logs[k]
         for n in range(size):
@@ -177,6 +179,7 @@ def penalty(whitening: np.ndarray, floor: np.ndarray) -> float:
 @compiled
 def expectation_maximisation(
     data: np.ndarray,
+    importance: np.ndarray,
     floor: np.ndarray,
     priors: np.ndarray,
     means: np.ndarray,
@@ -188,9 +191,10 @@ def expectation_maximisation(
 ) -> tuple[np.ndarray, bool, bool]:
     """EM in place on ``priors`` (K,), ``means`` (K, P, D), ``covariances`` (K, P, D, D).
 
-    ``data`` is (P, D, N), samples last. Returns the mean log-likelihood and the objective before
-    each step (2, n_steps), whether the objective rose by less than the tolerance in the end, and
-    whether every covariance stayed positive definite.
+    ``data`` is (P, D, N), samples last, and ``importance`` (N,) how much each counts; it sums to N.
+    Returns the mean log-likelihood and the objective before each step (2, n_steps), whether the
+    objective rose by less than the tolerance in the end, and whether every covariance stayed
+    positive definite.
     """
     n_samples = data.shape[2]
     n_components = priors.shape[0]
@@ -212,7 +216,7 @@ def expectation_maximisation(
         for begin in range(0, n_samples, BLOCK):
             size = min(BLOCK, n_samples - begin)
             log_likelihood += block_responsibilities(
-                data, begin, size, means, whitening, constants, work, weights
+                data, importance, begin, size, means, whitening, constants, work, weights
             )
             accumulate(data, begin, size, means, weights, work[2], mass, first, second)
         maximise(n_samples, floor, as_prior, mass, first, second, priors, means, covariances)
@@ -239,11 +243,12 @@ def responsibilities(
         return result, np.nan
     work = np.empty((3, BLOCK))
     weights = np.empty((n_components, BLOCK))
+    importance = np.ones(n_samples)
     log_likelihood = 0.0
     for begin in range(0, n_samples, BLOCK):
         size = min(BLOCK, n_samples - begin)
         log_likelihood += block_responsibilities(
-            data, begin, size, means, whitening, constants, work, weights
+            data, importance, begin, size, means, whitening, constants, work, weights
         )
         result[:, begin : begin + size] = weights[:, :size]
     return result, log_likelihood

@@ -7,6 +7,7 @@ same mixtures.
 
 from collections.abc import Mapping
 
+from dressing_sim.learning.rivals.attractor import VirtualAttractor
 from dressing_sim.learning.rivals.frame_weighted import FrameWeighted
 from dressing_sim.learning.rivals.incremental import Incremental
 from dressing_sim.learning.rivals.kernelized import KernelizedPrimitives
@@ -18,6 +19,7 @@ from dressing_sim.learning.rivals.movement_primitives import (
 from dressing_sim.learning.rivals.neural import NeuralPrimitive
 from dressing_sim.learning.rivals.references import Nearest, Straight, ViaOracle
 from dressing_sim.learning.rivals.regression import FrameRegression, WorldRegression
+from dressing_sim.learning.rivals.selected import ChosenComponents
 from dressing_sim.learning.rivals.semi_markov import SemiMarkov
 from dressing_sim.learning.rivals.task_dmp import TaskDMP
 from dressing_sim.learning.rivals.transported import Transportation
@@ -36,6 +38,8 @@ METHODS: Mapping[str, Method] = {
     "tp-gmr": LearnedWeights(updates=0),
     "tp-gmr-learned": LearnedWeights(),
     "tp-gmr-inferred": InferredWeights(),
+    "tp-gmr-bic": ChosenComponents(),
+    "ds-gmr": VirtualAttractor(),
     "frame-weighted": FrameWeighted(),
     "tp-dmp": TaskDMP(),
     "kmp": KernelizedPrimitives(),
