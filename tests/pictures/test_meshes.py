@@ -138,7 +138,7 @@ def test_another_robot_is_drawn_as_its_description_says(shapes):
 
 def test_a_mesh_that_is_missing_or_none_is_refused_in_one_line(shapes):
     brick = addressed("package://mine/brick.stl", urdf_path(shapes).parent)
-    for content, told in ((b"solid\nnonsense", "no mesh, or damaged"), (None, "cannot be read")):
+    for content, told in ((b"solid\nnonsense", "brick.stl: no"), (None, "cannot be read")):
         brick.unlink() if content is None else brick.write_bytes(content)
         with pytest.raises(InvalidInputError, match=told) as refused:
             list(robot_skin(shapes))
