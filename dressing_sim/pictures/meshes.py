@@ -187,7 +187,8 @@ def _convert(file: Path, scale: tuple[float, ...]) -> dict[str, str]:
     # Imported here: only the first picture on a machine needs a mesh library.
     import trimesh
 
-    parts: list[Any] = [mesh for mesh in trimesh.load_scene(file).dump() if len(mesh.faces)]
+    dumped: list[Any] = trimesh.load_scene(file).dump()
+    parts = [mesh for mesh in dumped if len(mesh.faces)]
     if not parts:
         raise InvalidInputError("no triangles, valid is a mesh with some")
     by_colour = defaultdict(list)
