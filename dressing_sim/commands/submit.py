@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from pathlib import Path
 
 import tyro
@@ -11,6 +10,7 @@ import tyro
 def submit(
     folder: tyro.conf.Positional[Path],
     name: str,
+    date: str,
     out: Path,
     link: str = "",
     package: str = "",
@@ -26,13 +26,15 @@ def submit(
     another seed than 0, and runs with --variation, --garment, --person, or other limits of time and
     memory.
 
-    For example: dressing-sim submit results/mine --name "Ada Example" --out mine.json
+    For example: dressing-sim submit results/mine --name Ada --date 2027-01-31 --out ada.json
 
-    Or: dressing-sim submit results/mine --name Ada --package mypackage==1.2 --out mine.json
+    Or: dressing-sim submit results/mine --name Ada --date 2027-01-31 --package mypackage==1.2
+    --out mine.json
 
     Args:
         folder: what dressing-sim evaluate left.
         name: who submits it.
+        date: the day that stands beside it, YYYY-MM-DD.
         out: file to write.
         link: to a person, a paper or a repository: https://...
         package: what pip installs to get the policies, if they are not of this package.
@@ -47,8 +49,7 @@ def submit(
     from dressing_sim.files import check_output, write_file
 
     check_output(out, force, [folder / CONFIG, folder / EPISODES])
-    today = datetime.now(UTC).date().isoformat()
-    said = Statement(name, today, link, package, practised, accept_changes)
+    said = Statement(name, date, link, package, practised, accept_changes)
     text = submission(folder, said)
     write_file(out, text)
     print(f"written to {out}; to see whether others can verify it: dressing-sim verify {out}")

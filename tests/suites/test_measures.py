@@ -129,7 +129,7 @@ def test_a_person_that_is_none_is_refused_in_one_line(text, told, tmp_path):
     ("text", "told"),
     [
         ("sleeve_length_m = 0.2", "no armhole_m"),
-        ("sleeve_length_m = 0.2\narmhole_m = 0.15\nopening_m = 0.15", "too coarse"),
+        ("sleeve_length_m = 0.2\narmhole_m = 0.15\nopening_m = 0.15", "armhole_m"),
         ("fabric.like = 'silk'", "fabric.like must be one of jersey"),
         ("fabric.friction_coefficient = -1", "friction_coefficient"),
     ],
