@@ -46,7 +46,7 @@ LARGEST: Mapping[str, float] = {
 
 @dataclass(frozen=True, slots=True)
 class Sway:
-    """A coordinate goes to and fro: ``amplitude sin(2 pi frequency t + phase)``.
+    """A coordinate swings: ``amplitude sin(2 pi frequency t + phase)``.
 
     Attributes:
         coordinate: One of `COORDINATES`.
