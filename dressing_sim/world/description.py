@@ -113,10 +113,10 @@ def urdf_text(robot: Robot = PANDA) -> str:
 def joint_limits(robot: Robot = PANDA) -> JointLimits:
     """Limits of the arm joints, read from the URDF."""
     joints = {_name(joint): joint for joint in ET.fromstring(urdf_text(robot)).findall("joint")}
-    limits = [joints[name].find("limit") for name in robot.joints]
+    arm = [joints[name] for name in robot.joints]
 
     def column(attribute: str) -> np.ndarray:
-        values = np.array([float(limit.get(attribute)) for limit in limits])  # type: ignore[union-attr, arg-type]
+        values = np.array([_number(joint, attribute) for joint in arm])
         values.flags.writeable = False
         return values
 
@@ -168,9 +168,8 @@ def _check_joints(robot: Robot, joints: dict[str, ET.Element]) -> None:
             f"hand, {', '.join(order) or 'which none of them is between'}",
         )
     for name, home in zip(robot.joints, robot.home, strict=True):
-        limit = joints[name].find("limit")
         keys = ("lower", "upper", "velocity", "effort")
-        numbers = [_number(None if limit is None else limit.get(key)) for key in keys]
+        numbers = [_number(joints[name], key) for key in keys]
         if joints[name].get("type") != "revolute" or not (
             numbers[0] < numbers[1] and min(numbers[2:]) > 0.0 and np.isfinite(numbers).all()
         ):
@@ -184,9 +183,11 @@ def _check_joints(robot: Robot, joints: dict[str, ET.Element]) -> None:
             raise _wrong(robot, told)
 
 
-def _number(text: str | None) -> float:
+def _number(joint: ET.Element, key: str) -> float:
+    """One of a joint's limits; NaN if it is not there, or no number."""
+    limit = joint.find("limit")
     try:
-        return float(text or "nan")
+        return float((limit is not None and limit.get(key)) or "nan")
     except ValueError:
         return float("nan")
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import ANGLE_LIMITS_DEG, FORWARD, LEFT, UP, Posture, rotation_about
 from dressing_sim.motion import COORDINATES, JOINTS, UNITS, Motion
+from dressing_sim.world.servo import add_servo
 
 #: Density of an arm's segments [kg/m^3]: Dempster 1955, as in Winter, "Biomechanics and Motor
 #: Control of Human Movement".
@@ -101,20 +102,8 @@ def _add_joint(
     number = JOINTS.index(coordinate)
     joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     joint.range = np.deg2rad(ANGLE_LIMITS_DEG[coordinate])
-    stiffness, damping = (
-        values[number] for values in (motion.compliance.stiffness, motion.compliance.damping)
-    )
-    gain, bias = np.zeros(10), np.zeros(10)
-    gain[0], bias[1], bias[2] = stiffness, -stiffness, -damping
-    spec.add_actuator(
-        name=name,
-        target=name,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-        gainprm=gain,
-        biasprm=bias,
-    )
+    gives = motion.compliance
+    add_servo(spec, name, gives.stiffness[number], gives.damping[number])
 
 
 class Person:

@@ -6,11 +6,11 @@ import xml.etree.ElementTree as ET
 from functools import lru_cache
 
 import mujoco
-import numpy as np
 
 from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.world.description import addressed, joint_limits, urdf_path, urdf_text
 from dressing_sim.world.robot import Robot
+from dressing_sim.world.servo import add_servo
 
 
 @lru_cache(maxsize=8)
@@ -54,27 +54,9 @@ def robot_spec(robot: Robot, contype: int, conaffinity: int) -> mujoco.MjSpec:
     servo, limits = robot.servo, joint_limits(robot)
     for i, name in enumerate(robot.joints):
         spec.joint(name).armature = servo.armature
-        _add_servo(spec, name, servo.stiffness[i], servo.damping[i], limits.effort[i])
+        add_servo(spec, name, servo.stiffness[i], servo.damping[i], limits.effort[i])
     for name in robot.fingers:
-        _add_servo(
+        add_servo(
             spec, name, servo.finger_stiffness, servo.finger_damping, servo.finger_force / 2.0
         )
     return spec
-
-
-def _add_servo(
-    spec: mujoco.MjSpec, joint: str, stiffness: float, damping: float, effort: float
-) -> None:
-    gain, bias = np.zeros(10), np.zeros(10)
-    gain[0], bias[1], bias[2] = stiffness, -stiffness, -damping
-    spec.add_actuator(
-        name=joint,
-        target=joint,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-        gainprm=gain,
-        biasprm=bias,
-        forcelimited=True,
-        forcerange=[-effort, effort],
-    )

@@ -73,6 +73,7 @@ class Scripted(PreTrainedPolicy):
     def get_optim_params(self):
         return {}
 
+    # LeRobot's base class wants these, its loops of evaluation call neither.
     def forward(self, batch):
         raise NotImplementedError
 

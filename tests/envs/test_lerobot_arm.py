@@ -11,10 +11,10 @@ from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
 from dressing_sim.errors import InvalidInputError
 
-gymnasium = pytest.importorskip("gymnasium")
+pytest.importorskip("gymnasium")
 
-from dressing_sim.envs.gym import DressArm  # noqa: E402 (needs what was asked for above)
-from dressing_sim.envs.lerobot.arm import NEW_ROLLOUT, LeRobotArm  # noqa: E402
+from dressing_sim.envs.gym import DressArm
+from dressing_sim.envs.lerobot.arm import NEW_ROLLOUT, LeRobotArm
 
 SMALL = {"width": 64, "height": 48}
 BRIEF = EpisodeConfig(hold=0.1, time_limit=0.4)

@@ -126,12 +126,12 @@ def submit(folder: Path, statement: Statement) -> str:
         check_run(run, statement)
     except InvalidInputError as error:
         raise InvalidInputError(f"{folder}: {error}") from error
+    own = run.plan.own
     taught = {
         name: Taught(
             taught_digest(run, name),
             base64.b64encode(run.own_file(name).read_bytes()).decode() if name in own else "",
         )
-        for own in [run.plan.own]
         for name in run.plan.demonstrated
     }
     values = {

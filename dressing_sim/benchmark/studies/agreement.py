@@ -23,10 +23,12 @@ from dressing_sim.benchmark.run.runner import Work, job_result, record_answer
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.agreement_document import agreement_document
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Summary
+from dressing_sim.checks import of_kind
 from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.episode.judge import margins
+from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import Observer, play
 from dressing_sim.episode.rule import Evidence
@@ -239,8 +241,8 @@ def compared(results: Sequence[EpisodeResult]) -> dict[str, Any]:
     }
 
 
-def _reference(result: EpisodeResult) -> Any:
-    return parse_outcome(result.extra[REFERENCE])  # type: ignore[arg-type]
+def _reference(result: EpisodeResult) -> Outcome:
+    return parse_outcome(of_kind(result.extra[REFERENCE], dict, REFERENCE, "an outcome"))
 
 
 def _valid(result: EpisodeResult) -> bool:
