@@ -23,8 +23,8 @@ def validate(
     """Compare policies' verdicts with those of a finer simulation, or sweep its settings.
 
     Five rows of the paper's policies dress each posture; the same joint commands are then played
-    in the reference, a world with a finer mesh, half the step and a converged solver. A quarter of
-    an hour on two cores for a hundred episodes. Exit code 1 if fewer than 95 % of the verdicts
+    in the reference, a world with a finer mesh, half the step and a converged solver. Some
+    25 minutes on two cores for a hundred episodes. Exit code 1 if fewer than 95 % of the verdicts
     are the same.
 
     With --settings, four paths of the operator's on each posture under other meshes, steps and
