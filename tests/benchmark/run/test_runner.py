@@ -6,6 +6,7 @@ from fake_benchmark import Threads, write_suite
 
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run import runner
+from dressing_sim.benchmark.run.cache import VARIABLE
 from dressing_sim.benchmark.run.plan import (
     demonstration_seed,
     make_plan,
@@ -34,6 +35,8 @@ def protocol(tmp_path):
 @pytest.fixture
 def attempts(monkeypatch):
     """The operator fails but for the last of the outcomes; the seeds of its attempts are noted."""
+    # No cache answers for an operator that is made up, nor keeps what it made up for other tests.
+    monkeypatch.setenv(VARIABLE, "")
     seeds = []
     outcomes = [
         Outcome(False, (Failure("stuck", "at the elbow"),)),
