@@ -13,6 +13,7 @@ from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.episode.variation import in_words
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Inputs
+from dressing_sim.policies.hyperparameters import TUNED
 from dressing_sim.policies.registry import known_name, learns
 
 __all__ = [
@@ -59,6 +60,18 @@ class Entry:
     def stem(self) -> str:
         """The policy's name without hyper-parameters."""
         return self.policy.partition("?")[0]
+
+    @property
+    def untuned(self) -> Entry:
+        """The row of the same policy as published; itself if it is that."""
+        stem, mark, text = self.policy.partition("?")
+        return replace(self, policy=f"{stem.removesuffix(TUNED)}{mark}{text}")
+
+    @property
+    def tuned(self) -> Entry:
+        """The row of the same policy with the hyper-parameters that a search found for it."""
+        stem, mark, text = self.untuned.policy.partition("?")
+        return replace(self, policy=f"{stem}{TUNED}{mark}{text}")
 
     @property
     def label(self) -> str:

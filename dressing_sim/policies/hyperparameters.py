@@ -12,6 +12,9 @@ from dressing_sim.errors import InvalidInputError
 
 T = TypeVar("T")
 
+#: What follows the name of a policy that has the hyper-parameters that a search found for it.
+TUNED = "-tuned"
+
 #: Read as the text says; a text without an annotation stays a text.
 _NUMBERS: Mapping[object, str] = {int: "a whole number", float: "a number"}
 

@@ -5,8 +5,8 @@ No correction is made for the number of claims: of twenty verdicts, expect one t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,24 +63,40 @@ def judge_claims(episodes: EpisodeTable, rng: np.random.Generator) -> list[Claim
             generators alike, the same comparison reads the same in both.
 
     Returns:
-        The claims whose rows are all among the episodes.
+        The claims whose rows are all among the episodes: of the policies as published, then, with
+        ``_tuned`` after their names, of the tuned ones.
     """
-    rows = episodes.rows
     seed = int(rng.integers(2**32))
-    claims = [_claim(one, _measured(one, rows, seed)) for one in _known(HYPOTHESES, rows)]
-    candidates = _known(AUGMENTED, rows)
+    return _claims(episodes, seed, lambda entry: entry) + [
+        replace(claim, name=f"{claim.name}_tuned", statement=f"tuned: {claim.statement}")
+        for claim in _claims(episodes, seed, lambda entry: entry.tuned)
+    ]
+
+
+def _claims(episodes: EpisodeTable, seed: int, run: Callable[[Entry], Entry]) -> list[Claim]:
+    """Verdicts on claims about policies as they were run: as published, or tuned."""
+    rows, baseline = episodes.rows, run(BASELINE)
+    claims = [_claim(one, _measured(one, rows, seed)) for one in _known(HYPOTHESES, rows, run)]
+    candidates = _known(AUGMENTED, rows, run)
     if candidates:
         claims.append(_best(candidates, rows, seed))
-    if BASELINE in rows:
-        claims.append(_baseline_fails_at_the_elbow(episodes.of_entry(BASELINE), seed))
-    learned = [Entry(policy, shown) for policy, shown in PAPER_TABLE]
+    if baseline in rows:
+        claims.append(_baseline_fails_at_the_elbow(episodes.of_entry(baseline), seed, baseline))
+    learned = [run(Entry(policy, shown)) for policy, shown in PAPER_TABLE]
     if all(entry in rows for entry in learned):
         claims.append(_every_policy_fails_somewhere(learned, rows))
     return claims
 
 
-def _known(hypotheses: tuple[Hypothesis, ...], rows: Mapping[Entry, Row]) -> list[Hypothesis]:
-    return [one for one in hypotheses if all(entry in rows for _, entry in one.terms)]
+def _known(
+    hypotheses: Iterable[Hypothesis], rows: Mapping[Entry, Row], run: Callable[[Entry], Entry]
+) -> list[Hypothesis]:
+    """The hypotheses about rows as they were run, where all these are there."""
+    meant = [
+        replace(one, terms=tuple((weight, run(entry)) for weight, entry in one.terms))
+        for one in hypotheses
+    ]
+    return [one for one in meant if all(entry in rows for _, entry in one.terms)]
 
 
 def _measured(
@@ -136,7 +152,7 @@ def _claim(hypothesis: Hypothesis, measured: Contrast, note: str = "", **more: i
     return Claim(hypothesis.name, hypothesis.statement, verdict, detail + note, numbers)
 
 
-def _baseline_fails_at_the_elbow(baseline: EpisodeTable, seed: int) -> Claim:
+def _baseline_fails_at_the_elbow(baseline: EpisodeTable, seed: int, entry: Entry) -> Claim:
     """Whether in most of the baseline's failed episodes the sleeve is caught at the elbow."""
     failed = baseline.where(baseline.failed)
     at_elbow = failed.judged(map(_stuck_at_the_elbow, failed.results))
@@ -147,7 +163,7 @@ def _baseline_fails_at_the_elbow(baseline: EpisodeTable, seed: int) -> Claim:
         "baseline_fails_at_elbow",
         "where the seven-demonstration baseline fails, it is stuck at the elbow",
         MOSTLY.verdict(low, high),
-        f"in {caught.n_success} of {caught.n} failures of {BASELINE.label} the sleeve was stuck "
+        f"in {caught.n_success} of {caught.n} failures of {entry.label} the sleeve was stuck "
         f"at the elbow, 95 % interval {100 * low:.0f} to {100 * high:.0f} %",
         {
             "n_failed": caught.n,

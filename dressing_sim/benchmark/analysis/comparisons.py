@@ -30,8 +30,9 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
     Kinds: ``augmentation`` (augmented against the initial policy, same demonstrations),
     ``policy`` (any other policy against the initial one, same demonstrations),
     ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all four under
-    the same variation; ``variation`` (a row under variation against the same row without);
-    ``settings`` (a policy with hyper-parameters after a ``?`` against the same row without).
+    the same variation, tuned rows with tuned ones; ``variation`` (a row under variation against the
+    same row without); ``settings`` (a policy with hyper-parameters after a ``?`` against the same
+    row without); ``tuning`` (a tuned row against the same as published).
 
     Args:
         episodes: Those of a protocol.
@@ -58,12 +59,17 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
 
 
 def _initial(entry: Entry) -> Entry:
-    """The row without augmentation: same demonstrations, variation and hyper-parameters."""
-    return replace(entry, policy=f"{INITIAL}{entry.policy.removeprefix(entry.stem)}")
+    """The row without augmentation: same demonstrations, variation and hyper-parameters.
+
+    Of a tuned policy it is the tuned one. What is no policy of the paper has no such partner of its
+    own and meets the paper's, tuned or not as it is itself.
+    """
+    plain = replace(entry, policy=f"{INITIAL}{entry.policy.removeprefix(entry.stem)}")
+    return plain if entry.untuned == entry else plain.tuned
 
 
 def _same_demonstrations(entry: Entry, augmented: bool) -> Entry:
-    wanted = entry.policy.startswith(f"{INITIAL}-") == augmented
+    wanted = entry.untuned.policy.startswith(f"{INITIAL}-") == augmented
     return _initial(entry) if wanted and entry.demonstrations is not None else entry
 
 
@@ -87,4 +93,5 @@ _PARTNERS: Mapping[str, Callable[[Entry, Collection[Entry]], Entry]] = {
     "case": lambda entry, _: _other_case(entry),
     "variation": lambda entry, _: replace(entry, variation=()),
     "settings": lambda entry, _: replace(entry, policy=entry.stem),
+    "tuning": lambda entry, _: entry.untuned,
 }

@@ -57,6 +57,7 @@ COMPARISONS = {
     "case": "shown distinct postures, less shown similar ones",
     "variation": "under variation, less without",
     "settings": "with other settings, less as chosen",
+    "tuning": "tuned, less as published",
 }
 
 

@@ -249,3 +249,19 @@ def test_a_void_episode_is_no_proof_that_a_policy_dresses_all():
     results = [r for r in table(n=20, **rows) if r.entry != Entry("tp-gmm-rf", "case_a")]
     results += episodes(Entry("tp-gmm-rf", "case_a"), [SUCCESS] * 19 + [VOID])
     assert judged(results)["every_policy_fails_somewhere"].verdict == "undecided"
+
+
+def test_claims_are_judged_of_tuned_policies_by_themselves():
+    published = table(**{**AS_PAPER, "i7": 60})
+    tuned = [
+        SimpleNamespace(**{**vars(one), "entry": one.entry.tuned})
+        for one in table(iA=80, nA=79, rA=80, bA=20, iB=80, nB=80, rB=81, bB=79, i7=60)
+    ]
+    both, alone = judged(published + tuned), judged(published)
+    assert {name: both[name] for name in alone} == alone
+    assert alone["rf_helps_case_a"].verdict == "confirmed"
+    assert both["rf_helps_case_a_tuned"].verdict == "refuted"
+    assert both["rf_noise_helps_case_a_tuned"].verdict == "refuted"
+    assert both["rf_helps_case_a_tuned"].statement == f"tuned: {both['rf_helps_case_a'].statement}"
+    assert both["baseline_fails_at_elbow_tuned"].detail.count("tp-gmm-tuned on baseline7") == 1
+    assert set(both) == {f"{name}{mark}" for name in alone for mark in ("", "_tuned")}

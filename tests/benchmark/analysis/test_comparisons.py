@@ -70,6 +70,16 @@ def test_a_budget_is_compared_with_its_last_step():
     }
 
 
+def test_tuned_rows_are_compared_among_themselves_and_with_the_same_as_published():
+    untuned = [INITIAL_A, RF_A, BASELINE, Entry("transport", "case_a")]
+    tuned = [entry.tuned for entry in untuned]
+    among_untuned = pairs(untuned)
+    among_tuned = {(kind, a.tuned, b.tuned) for kind, a, b in among_untuned}
+    itself = {("tuning", a, b) for a, b in zip(tuned, untuned, strict=True)}
+    assert pairs(tuned) == among_tuned
+    assert pairs(untuned + tuned) == among_untuned | among_tuned | itself
+
+
 def test_rows_under_variation_are_compared_among_themselves_and_with_the_nominal():
     varied = Entry("tp-gmm-rf", "case_a", ("friction",))
     varied_initial = Entry("tp-gmm", "case_a", ("friction",))
