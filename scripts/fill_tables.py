@@ -26,6 +26,7 @@ from dressing_sim.benchmark.studies.agreement_document import (
 from dressing_sim.benchmark.studies.convergence_document import differing_table, validation_table
 from dressing_sim.benchmark.studies.convergence_ladders import refinement_table
 from dressing_sim.benchmark.studies.cost_document import cost_table
+from dressing_sim.benchmark.studies.search_document import trials_table
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
     VARIATION,
@@ -92,6 +93,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "agreement": lambda summary: markdown_table(agreement_table(summary)),
     "disagreement": lambda summary: markdown_table(agreement_differing(summary)),
     "thresholds": lambda summary: markdown_table(sensitivity_table(summary, sources=True)),
+    "trials": lambda summary: markdown_table(trials_table(summary, most=4)),
     "turned": lambda summary: markdown_table(turned_table(summary)),
 }
 

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from dressing_sim.benchmark.report import plots
-from dressing_sim.benchmark.report.document import Code, Document, Paragraph, Plot, Section, Table
+from dressing_sim.benchmark.report.document import (
+    Cells,
+    Code,
+    Document,
+    Paragraph,
+    Plot,
+    Section,
+    Table,
+)
 from dressing_sim.benchmark.studies.columns import Column, table_of
 
 _COLUMNS: Mapping[str, Column] = {
@@ -20,10 +28,16 @@ _COLUMNS: Mapping[str, Column] = {
 _SHOWN = 12
 
 
+def trials_table(found: Mapping[str, Any], most: int = _SHOWN) -> Cells:
+    """The best trials, those that got furthest first, and the policy as it is after them."""
+    trials = sorted(found["trials"], key=lambda trial: (-trial["rung"], -trial["score"]))
+    as_it_is = [trial for trial in trials[most:] if trial["policy"] == found["policy"]]
+    return table_of(_COLUMNS, [*trials[:most], *as_it_is])
+
+
 def search_document(found: Mapping[str, Any], command: str) -> Document:
     """The report; what was found is as from `dressing_sim.benchmark.studies.search.search`."""
-    trials = sorted(found["trials"], key=lambda trial: (-trial["rung"], -trial["score"]))
-    what = found["search"]
+    what, trials = found["search"], found["trials"]
     rungs = ", ".join(map(str, what["postures"]))
     told = (
         f"{len(trials)} trials of `{found['policy']}`, {found['n_episodes']} episodes on "
@@ -40,9 +54,7 @@ def search_document(found: Mapping[str, Any], command: str) -> Document:
         command,
         (Paragraph(told), Code(found["chosen"])),
         (
-            Section(
-                "The best trials", (Table(table_of(_COLUMNS, trials[:_SHOWN])), Paragraph(note))
-            ),
+            Section("The best trials", (Table(trials_table(found)), Paragraph(note))),
             Section("The best so far", (_curve(found),)),
         ),
     )

@@ -9,6 +9,7 @@ from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.studies import STUDIES
 from dressing_sim.benchmark.studies.search import Search, SearchStudy, Trial, best, score
+from dressing_sim.benchmark.studies.search_document import trials_table
 from dressing_sim.benchmark.studies.study import run_study
 from dressing_sim.cli import main
 from dressing_sim.episode.outcome import Failure, Outcome
@@ -110,6 +111,18 @@ def test_the_better_quarter_goes_on_and_the_best_is_chosen(found):
         "cases": ["case_a", "case_b"],
         "postures": [2, 3, 5],
     }
+
+
+def test_the_table_has_the_best_trials_and_the_policy_as_it_is(found):
+    what, done, _ = found
+    heading, *rows = trials_table(done.summary, most=3)
+    assert heading == ["hyper-parameters", "dressed", "score", "rung"]
+    assert what.policy + "?" + rows[0][0] == done.summary["chosen"]
+    assert [row[0] for row in rows[1:]].count("as it is") == 1
+    assert len(rows) == 4
+    assert rows[0][1] == "10 / 10"
+    everything = trials_table(done.summary, most=100)
+    assert len(everything) == 1 + len(what.names())
 
 
 def test_a_rung_dresses_what_the_rungs_before_have_not(found):
