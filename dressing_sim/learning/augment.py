@@ -19,7 +19,15 @@ from typing import Literal, Protocol, Self, get_args
 
 import numpy as np
 
-from dressing_sim.checks import function_or_none, of_kind, one_of, real_number, shown, whole_number
+from dressing_sim.checks import (
+    function_or_none,
+    of_kind,
+    one_of,
+    real_number,
+    shown,
+    truth_value,
+    whole_number,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -29,6 +37,7 @@ from dressing_sim.learning.demonstrations import (
 from dressing_sim.learning.frame import Frame
 from dressing_sim.learning.noise import LARGEST_SNR_DB, NoiseReference, add_white_noise
 from dressing_sim.learning.policy import Policy
+from dressing_sim.learning.refinements import Refinable, grown, with_discarded
 from dressing_sim.learning.sampling import BoundsSampler, SituationSampler
 from dressing_sim.learning.trajectory import TrajectoryTPGMM
 
@@ -137,6 +146,12 @@ class AugmentOptions:
     retrain: Retraining = "warm"
     """``"warm"`` starts expectation-maximisation from the current model, ``"cold"`` from its
     initialisation."""
+    grow: bool = False
+    """Whether one component more is tried for every demonstration that is kept, see
+    ``refinements``; not in the paper."""
+    discarded: float = 0.0
+    """What the demonstrations that were not kept count in the end, as a fraction of those that
+    were, see ``refinements``; 0 leaves them out, as the paper does."""
 
     def __post_init__(self) -> None:
         choices = (
@@ -147,6 +162,8 @@ class AugmentOptions:
         )
         for name, value, valid in choices:
             one_of(value, name, valid)
+        truth_value(self.grow, "grow")
+        real_number(self.discarded, "discarded", 0.0, 100.0)
         for name in ("max_iterations", "max_demonstrations"):
             whole_number(getattr(self, name), name, 0, MOST_ITERATIONS)
         real_number(self.snr_db, "snr_db", -LARGEST_SNR_DB, LARGEST_SNR_DB)
@@ -193,6 +210,10 @@ def augment(
     if sampler is None and options.method not in _OF_EXPERTS:
         sampler = BoundsSampler.around(experts)
     initial = deepcopy(policy) if policy is not None else TrajectoryTPGMM()
+    if (options.grow or options.discarded > 0.0) and not isinstance(initial, Refinable):
+        raise InvalidInputError(
+            f"policy is {shown(policy)}, valid for grow and discarded is one with larger too"
+        )
     current: Augmentable = initial.fit(experts)
     cost = initial_cost = current.cost(criterion)
     training: tuple[DemonstrationLike, ...] = experts
@@ -209,7 +230,10 @@ def augment(
         accepted = bool(new_cost < cost)
         if accepted:
             assert synthetic is not None
-            training, current, cost = (*training, synthetic), retrained, new_cost
+            training = *training, synthetic
+            if options.grow and isinstance(retrained, Refinable):
+                retrained, new_cost = grown(retrained, new_cost, training, criterion)
+            current, cost = retrained, new_cost
         candidate = Candidate(
             iteration=len(history) + 1,
             demonstration=synthetic,
@@ -222,6 +246,15 @@ def augment(
         history.append(candidate)
         if on_iteration is not None:
             on_iteration(candidate)
+    if options.discarded > 0.0 and isinstance(current, Refinable):
+        others = [
+            (one.demonstration, one.cost)
+            for one in history
+            if one.demonstration is not None and not one.accepted and np.isfinite(one.cost)
+        ]
+        current, cost = with_discarded(
+            current, cost, training, others, options.discarded, criterion
+        )
     return Augmentation(initial, initial_cost, current, cost, training, tuple(history))
 
 

@@ -22,7 +22,7 @@ from dressing_sim.learning.trajectory import TrajectoryTPGMM
 SamplerFactory = Callable[[Sequence[DemonstrationLike]], SituationSampler]
 
 #: Options that files did not hold at first; they were as by default.
-_LATER = frozenset({"termination", "retrain"})
+_LATER = frozenset({"termination", "retrain", "grow", "discarded"})
 _LEARNED = ("costs", "tried")
 
 

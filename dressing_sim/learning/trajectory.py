@@ -21,6 +21,7 @@ from dressing_sim.checks import (
     whole_number,
 )
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.learning.components import bic
 from dressing_sim.learning.costs import dtw_cost
 from dressing_sim.learning.demonstrations import (
     DemonstrationLike,
@@ -207,7 +208,12 @@ class TrajectoryTPGMM:
         self.model.fit(checked, weights=weights)
         return self
 
-    def refit(self, demonstrations: Sequence[DemonstrationLike], warm: bool = True) -> Self:
+    def refit(
+        self,
+        demonstrations: Sequence[DemonstrationLike],
+        warm: bool = True,
+        weights: ArrayLike | None = None,
+    ) -> Self:
         """A new policy learned from other demonstrations; this one stays as it is.
 
         ``dt``, the step limit and what is known of the motion's start and end are kept.
@@ -215,13 +221,29 @@ class TrajectoryTPGMM:
         Args:
             demonstrations: with the same number of frames.
             warm: whether expectation-maximisation starts from this policy's mixture.
+            weights: of each demonstration (M,), above zero, see ``TPGMM.fit``.
         """
         truth_value(warm, "warm")
         other = copy(self)
         other.model = copy(self.model)
         seen = on_clock(self.clock, demonstrations)
-        other.model.fit(seen, self.model.fitted() if warm else None)
+        other.model.fit(seen, self.model.fitted() if warm else None, weights)
         return other
+
+    def larger(self, demonstrations: Sequence[DemonstrationLike]) -> Self | None:
+        """The policy with one component more, None where the BIC of these demonstrations rises.
+
+        Like ``refit``, but from the initialisation.
+
+        Raises:
+            InvalidInputError: too few samples for so many components.
+        """
+        seen = on_clock(self.clock, demonstrations)
+        other = copy(self)
+        other.model = copy(self.model)
+        other.model.n_components += 1
+        other.model.fit(seen)
+        return other if bic(other.model, seen) < bic(self.model, seen) else None
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
         """The motion for a situation, from exactly ``start``.
