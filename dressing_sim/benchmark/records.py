@@ -130,6 +130,16 @@ class Protocol:
         ]
         return replace(self, entries=tuple(entries))
 
+    def with_suites(self, suites: Sequence[str]) -> Protocol:
+        """The same test, but every policy learns from these suites, one after the other."""
+        policies = dict.fromkeys((entry.policy, entry.variation) for entry in self.entries)
+        entries = [
+            Entry(policy, demonstrations, variation)
+            for policy, variation in policies
+            for demonstrations in (dict.fromkeys(suites) if learns(policy) else [None])
+        ]
+        return replace(self, entries=tuple(entries))
+
     def with_demonstrations(self, name: str) -> Protocol:
         """The same test, but every policy learns from these demonstrations alone."""
         entries = dict.fromkeys(

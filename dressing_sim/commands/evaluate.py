@@ -14,7 +14,7 @@ def evaluate(
     suite: str | None = None,
     policies: str | None = None,
     variation: str | None = None,
-    demonstrations: Path | None = None,
+    demonstrations: str | None = None,
     garment: str | None = None,
     person: str | None = None,
     seed: int = 0,
@@ -60,8 +60,8 @@ def evaluate(
             for its hyper-parameters.
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp, frames; or fixed in all: friction=0.6, arm=female_small.
-        demonstrations: file of demonstrations that every policy learns from, instead of the
-            protocol's; as dressing-sim demonstrate writes it.
+        demonstrations: what every policy learns from instead of the protocol's: suites, such as
+            case_a or case_a,baseline7:3, or a file as dressing-sim demonstrate writes it.
         garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is under test: male, female_small, child-ten, tall-man, or a TOML file

@@ -20,11 +20,12 @@ from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
-from dressing_sim.checks import listed, of_kind, truth_value, whole_number
+from dressing_sim.checks import listed, of_kind, shown, truth_value, whole_number
 from dressing_sim.episode.variation import factor_names
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.suites.people import as_person, load_person
+from dressing_sim.suites.suites import suite_names
 from dressing_sim.suites.wardrobe import world_with
 from dressing_sim.system import check_may_start_processes, processors
 
@@ -131,8 +132,8 @@ def evaluate(
         variation: Factors drawn anew for each episode, or fixed.
         seed: Of the operator's variability, of the policies' own randomness, and of variation.
         workers: Processes, as many as processors if None; the results do not depend on it.
-        demonstrations: File of demonstrations that every policy learns from, instead of the
-            protocol's.
+        demonstrations: What every policy learns from instead of the protocol's: suites, such as
+            ``case_a`` or ``case_a,baseline7:3``, or a file of demonstrations.
         garment: What is put on, in demonstrations too: a name or a TOML file, see
             `dressing_sim.suites.wardrobe.load_garment`.
         person: Whose arm the test postures have: a name or a TOML file, see
@@ -152,7 +153,7 @@ def evaluate(
     of_kind(out, (str, Path, NoneType), "out", "a folder or None")
     truth_value(resume, "resume")
     truth_value(pictures, "pictures")
-    of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "a file or None")
+    of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "suites, a file or None")
     of_kind(policy_limits, (PolicyLimits, NoneType), "policy_limits", "PolicyLimits or None")
     plan = evaluation_plan(
         protocol, suite, policies, variation, seed, demonstrations, policy_limits, garment, person
@@ -213,7 +214,10 @@ def evaluation_plan(
         of_kind(suite, str, "suite", "a name, a JSON file, or random:N")
         chosen = replace(chosen, suite=suite)
     whole_number(seed, "seed", 0, 2**63 - 1)
-    file = None if demonstrations is None else Path(demonstrations)
+    suites = suites_in(demonstrations)
+    if suites:
+        chosen = chosen.with_suites(suites)
+    file = None if demonstrations is None or suites else Path(demonstrations)
     for name, given, factor in (("garment", garment, "garment"), ("person", person, "arm")):
         of_kind(given, (str, NoneType), name, "a name, a TOML file or None")
         if given is not None and any(
@@ -225,6 +229,23 @@ def evaluation_plan(
     config = None if garment is None else world_with(garment)
     plan = make_plan(chosen, seed, config, policy_limits=policy_limits, demonstrations=file)
     return plan if person is None else dressing_person(plan, person)
+
+
+def suites_in(demonstrations: str | Path | None) -> list[str]:
+    """The suites that are meant, ``NAME`` or ``NAME:n`` each; none if it is a file.
+
+    Raises:
+        InvalidInputError: It is neither.
+    """
+    if not isinstance(demonstrations, str) or Path(demonstrations).exists():
+        return []
+    names = demonstrations.split(",")
+    if not all(name.partition(":")[0] in suite_names() for name in names):
+        raise InvalidInputError(
+            f"{shown(demonstrations)}: no such file and no suite; valid is an HDF5 file of "
+            f"demonstrations, or of {', '.join(suite_names())}"
+        )
+    return names
 
 
 def dressing_person(plan: Plan, person: str) -> Plan:

@@ -38,6 +38,26 @@ def test_the_numbers_are_those_of_the_command_line(suite, tmp_path, capsys):
     assert sum(e.outcome.success for e in found.episodes[:3]) == found.rows[0].n_success
 
 
+def test_policies_learn_from_the_suites_that_are_named(suite):
+    found = evaluate("expert,tp-gmm", suite=suite, demonstrations="case_b,baseline7:2", workers=1)
+    rows = [(row.policy, row.demonstrations) for row in found.rows]
+    assert rows == [("expert", None), ("tp-gmm", "case_b"), ("tp-gmm", "baseline7:2")]
+    protocols = evaluate(suite=suite, demonstrations="case_a", workers=1)
+    policies = [row.policy for row in protocols.rows]
+    assert len(set(policies)) == len(policies) > 3
+    # The row is the same whatever others there are.
+    alone = evaluate("tp-gmm", suite=suite, demonstrations="case_b", workers=1)
+    assert [e.seed for e in alone.episodes] == [e.seed for e in found.episodes[3:6]]
+
+
+@pytest.mark.parametrize("named", ["case_x", "case_a,mine", "case_a,", "none.h5"])
+def test_what_is_neither_a_suite_nor_a_file_is_named(suite, named):
+    with pytest.raises(InvalidInputError, match=f"'{named}': no such file.*baseline7"):
+        evaluate("tp-gmm", suite=suite, demonstrations=named, workers=1)
+    with pytest.raises(InvalidInputError, match="case_a:"):
+        evaluate("tp-gmm", suite=suite, demonstrations="case_a:9", workers=1)
+
+
 def test_results_stay_in_a_folder_only_if_one_is_named(suite, tmp_path):
     before = {path.name for path in tmp_path.iterdir()}
     evaluate("expert", suite=suite, workers=1)
