@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import Field, fields, is_dataclass
 from functools import cache
 from math import inf
 from numbers import Integral, Real
+from types import MappingProxyType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from dressing_sim.checks import of_kind, shown
@@ -15,15 +16,31 @@ from dressing_sim.errors import InvalidInputError
 T = TypeVar("T")
 
 
+#: Metadata of a setting that came later: files have it only where it is not its default, so that
+#: all others stay as they were, to the byte.
+LATER: Mapping[str, bool] = MappingProxyType({"later": True})
+
+
 def to_plain(config: Any) -> Any:
-    """A frozen dataclass, nested ones included, as dictionaries, lists and plain values."""
+    """A frozen dataclass, nested ones included, as dictionaries, lists and plain values.
+
+    A class may say in ``KEPT`` which settings of a nested one files have beside it, not within.
+    """
     if is_dataclass(config):
-        return {f.name: to_plain(getattr(config, f.name)) for f in fields(config)}
+        values = {f: getattr(config, f.name) for f in fields(config)}
+        plain = {f.name: to_plain(value) for f, value in values.items() if _is_told(f, value)}
+        kept: Mapping[str, str] = getattr(config, "KEPT", {})
+        return plain | {name: plain[within].pop(name) for name, within in kept.items()}
     return list(config) if isinstance(config, tuple) else config
 
 
+def _is_told(setting: Field[Any], value: Any) -> bool:
+    return not setting.metadata.get("later") or value != setting.default
+
+
 def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
-    """The inverse of `to_plain`; a class may say in ``MOVED`` where older files have a setting.
+    """The inverse of `to_plain`; a class may say in ``MOVED`` which settings of older files are
+    within another one now.
 
     Raises:
         InvalidInputError: A key that the dataclass has not, or a value that a setting cannot have.
@@ -50,10 +67,9 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
 
 
 def _as_now(kind: type[Any], values: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Values of an older file, with each setting where it is now: within another one."""
-    moved: Mapping[str, str] = getattr(kind, "MOVED", {})
+    """Values of a file, with each setting where it is in a configuration: within another one."""
     now = dict(values)
-    for name, into in moved.items():
+    for name, into in {**getattr(kind, "MOVED", {}), **getattr(kind, "KEPT", {})}.items():
         inside = now.get(into, {})
         if name in now and isinstance(inside, Mapping):
             now[into] = {**inside, name: now.pop(name)}

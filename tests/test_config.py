@@ -113,6 +113,18 @@ def test_a_limit_may_be_switched_off_and_a_robot_need_not_be_drawn_to_its_rest()
     assert TrackingConfig(posture_cost=0.0).posture_cost == 0.0
 
 
+def test_the_grip_stands_where_files_have_always_had_it_though_it_is_the_robot_s():
+    world = to_plain(WorldConfig())
+    assert list(world)[-1] == "grip_strength"
+    assert world["grip_strength"] == 42.0
+    assert not {"grip_strength", "grip_source", "urdf_checksum"} & set(world["robot"])
+    strong = replace(PANDA, grip_strength=60.0, grip_source="data sheet")
+    told = to_plain(WorldConfig(robot=strong))
+    assert (told["grip_strength"], told["robot"]["grip_source"]) == (60.0, "data sheet")
+    assert from_plain(WorldConfig, json.loads(json.dumps(told))).robot == strong
+    assert from_plain(WorldConfig, {**world, "grip_strength": 7.0}).robot.grip_strength == 7.0
+
+
 def test_files_of_before_robots_were_data_are_read():
     old = to_plain(EpisodeConfig())
     servo = {**old["world"].pop("robot")["servo"], "finger_force": 60.0}

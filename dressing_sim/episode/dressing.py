@@ -328,7 +328,7 @@ class Dressing:
             self.posture.shoulder,
             (left if left > 0.0 else -config.tracking.dt) if time_left is None else time_left,
             config.thresholds,
-            config.world.grip_strength,
+            config.world.robot.grip_strength,
             config.tracking.max_error - off if reach_left is None else reach_left,
             self._world.robot_clearance(trace.joint_position, self._meter.persons),
         )

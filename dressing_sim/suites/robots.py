@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dressing_sim.control import RobotKinematics
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.suites.measures import (
@@ -19,14 +20,22 @@ from dressing_sim.suites.measures import (
     find_file,
     load_named,
 )
-from dressing_sim.world.description import joint_limits
+from dressing_sim.world.description import checksum, joint_limits
 from dressing_sim.world.robot import MAX_BASE_DISTANCE, PANDA, Gripper, Robot, ServoConfig
+from dressing_sim.world.robot_spec import robot_spec
+from dressing_sim.world.scene import compiled
 
 #: Robots by name that need no file.
 ROBOTS: Mapping[str, Robot] = {PANDA.name: PANDA}
 
+#: What the address of a URDF that is installed begins with.
+_PACKAGE = "package://"
+
 #: What is called the tool centre point of a robot with a gripper of ours.
 _TOOL = "gripper_tcp"
+
+#: What is told of a grip that a robot's file says nothing of.
+NO_GRIP_SOURCE = "not known: the strength of the Panda's hand stands for it"
 
 #: Sizes of `Gripper`, by key.
 _GRIPPER: Mapping[str, str] = {
@@ -47,6 +56,10 @@ ROBOT: Schema = {
     "urdf": Choice("its description: a file beside this one, or package://...; must be there"),
     "tool": Choice("link between the fingertips of its own hand, z along them; or a gripper"),
     "rotor_inertia_kg_m2": Measure("kg m^2", 0.0, 10.0, "reflected, added to each joint"),
+    "grip": {
+        "strength_n": Measure("N", 0.1, 1000.0, "pull at which cloth slips from its fingers"),
+        "source": Choice("where that is from; must be there with a strength"),
+    },
     "base": {
         "x_m": _BASE,
         "y_m": replace(_BASE, what="to the left"),
@@ -92,10 +105,27 @@ def load_robot(name_or_file: str) -> Robot:
 
     def made(values: Values) -> Robot:
         found = robot(values, folder)
-        joint_limits(found)
+        if not found.urdf.startswith(_PACKAGE):
+            found = replace(found, urdf_checksum=checksum(found))
+        check_robot(found)
         return found
 
     return load_named(name_or_file, "robot", ROBOTS, "robots", ROBOT, made)
+
+
+def check_robot(robot: Robot) -> None:
+    """Find out before anything begins whether a robot can be simulated and controlled.
+
+    Raises:
+        InvalidInputError: Its description is not valid, or MuJoCo or Pinocchio refuses it.
+    """
+    joint_limits(robot)
+    try:
+        compiled(robot_spec(robot, contype=0, conaffinity=0))
+    except InvalidInputError as error:
+        told = str(error).removeprefix(f"robot {robot.name}: ").removeprefix("world: ")
+        raise InvalidInputError(f"robot {robot.name}: {told}") from error
+    RobotKinematics(robot)
 
 
 def robot(values: Values, folder: Path) -> Robot:
@@ -119,11 +149,14 @@ def robot(values: Values, folder: Path) -> Robot:
         for key in _joint_keys():
             if key not in said:
                 raise InvalidInputError(f"no joints.{name}.{key}; valid is one for each joint")
+    grip = values.get("grip", {})
+    if ("strength_n" in grip) != ("source" in grip):
+        raise InvalidInputError("valid are both grip.strength_n and grip.source, or neither")
     column = {key: tuple(said[key] for said in joints.values()) for key in _joint_keys()}
     base, urdf = values.get("base", {}), values["urdf"]
     return Robot(
         name=values["name"],
-        urdf=urdf if urdf.startswith("package://") else str((folder / urdf).resolve()),
+        urdf=urdf if urdf.startswith(_PACKAGE) else str((folder / urdf).resolve()),
         joints=tuple(joints),
         fingers=(),
         tool=values.get("tool", _TOOL),
@@ -139,6 +172,8 @@ def robot(values: Values, folder: Path) -> Robot:
         ),
         base_position=tuple(base.get(f"{axis}_m", 0.0) for axis in "xyz"),
         base_yaw=float(np.deg2rad(base.get("yaw_deg", 0.0))),
+        grip_strength=grip.get("strength_n", PANDA.grip_strength),
+        grip_source=grip.get("source", NO_GRIP_SOURCE),
     )
 
 

@@ -6,6 +6,7 @@ construction. Nothing is copied: meshes are referenced where they are.
 
 from __future__ import annotations
 
+import hashlib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,12 +20,16 @@ from dressing_sim.checks import shown
 from dressing_sim.errors import DressingSimError, InvalidInputError, one_line
 from dressing_sim.world.mannequin import LINKS
 from dressing_sim.world.robot import PANDA, Gripper, Robot
+from dressing_sim.world.urdf_numbers import check_numbers
 
 #: What the link of a `Gripper` is called.
 GRIPPER_LINK = "gripper"
 
 #: What a ROS package's address begins with, and the package that is installed with this one.
 _PACKAGE, _INSTALLED = "package://", "example-robot-data"
+
+#: Largest limit of a joint that is meant, [rad], [rad/s] and [N m].
+_LARGEST_LIMIT = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,18 +91,39 @@ def urdf_path(robot: Robot = PANDA) -> Path:
     return path.resolve()
 
 
+def checksum(robot: Robot) -> str:
+    """Of a robot's URDF and of the meshes that touch, wherever they are.
+
+    Raises:
+        InvalidInputError: It is no URDF, or a file cannot be read.
+    """
+    path = urdf_path(robot)
+    meshes = _parsed(robot).findall(".//collision//mesh")
+    files = [addressed(mesh.get("filename", ""), path.parent) for mesh in meshes]
+    digest = hashlib.sha256()
+    try:
+        for file in (path, *files):
+            digest.update(file.read_bytes() if file.is_file() else b"missing")
+    except OSError as error:
+        raise _wrong(robot, f"{one_line(str(error))}, valid is a file that can be read") from error
+    return digest.hexdigest()[:16]
+
+
 @lru_cache(maxsize=8)
 def urdf_text(robot: Robot = PANDA) -> str:
     """A robot's URDF, checked, with its gripper, and standing where it should.
 
     Raises:
-        InvalidInputError: It is none, or has not what the `Robot` names.
+        InvalidInputError: It is none, has not what the `Robot` names, or is not what it was.
     """
-    path = urdf_path(robot)
+    root = _parsed(robot)
+    if robot.urdf_checksum not in ("", checksum(robot)):
+        told = "or a mesh of it is another than its config says, valid is the one that it was"
+        raise _wrong(robot, f"{urdf_path(robot)} {told}")
     try:
-        root = ET.parse(path).getroot()
-    except (ET.ParseError, OSError, ValueError, LookupError) as error:
-        raise _wrong(robot, f"{path} is no URDF ({one_line(str(error))})") from error
+        check_numbers(root)
+    except InvalidInputError as error:
+        raise _wrong(robot, str(error)) from error
     _check_links(robot, root)
     joints = {_name(joint): joint for joint in root.findall("joint")}
     _check_joints(robot, joints)
@@ -106,7 +132,19 @@ def urdf_text(robot: Robot = PANDA) -> str:
         _attach(root, robot.gripper, robot.tool)
     if any(robot.base_position) or robot.base_yaw:
         _stand(root, robot)
-    return ET.tostring(root, encoding="unicode")
+    try:
+        return ET.tostring(root, encoding="unicode")
+    except RecursionError as error:
+        told = "has elements in a thousand others, valid are links and joints beside each other"
+        raise _wrong(robot, f"{urdf_path(robot)} {told}") from error
+
+
+def _parsed(robot: Robot) -> ET.Element:
+    path = urdf_path(robot)
+    try:
+        return ET.parse(path).getroot()
+    except (ET.ParseError, OSError, ValueError, LookupError) as error:
+        raise _wrong(robot, f"{path} is no URDF ({one_line(str(error))})") from error
 
 
 @lru_cache(maxsize=8)
@@ -171,10 +209,15 @@ def _check_joints(robot: Robot, joints: dict[str, ET.Element]) -> None:
         keys = ("lower", "upper", "velocity", "effort")
         numbers = [_number(joints[name], key) for key in keys]
         if joints[name].get("type") != "revolute" or not (
-            numbers[0] < numbers[1] and min(numbers[2:]) > 0.0 and np.isfinite(numbers).all()
+            numbers[0] < numbers[1]
+            and min(numbers[2:]) > 0.0
+            and max(map(abs, numbers)) <= _LARGEST_LIMIT
         ):
             told = f"joint {name} is {joints[name].get('type')!r:.40} with the limits"
-            valid = "valid is a revolute joint with limits of position, velocity and effort"
+            valid = (
+                "valid is a revolute joint with limits of position, the lower below the upper, and "
+                f"of velocity and effort, above zero, none beyond {_LARGEST_LIMIT:g}"
+            )
             pairs = zip(keys, numbers, strict=True)
             limits = ", ".join(f"{key} {number:g}" for key, number in pairs)
             raise _wrong(robot, f"{told} {limits}; {valid}")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dressing_sim.checks import clean_name, real_number, shown
-from dressing_sim.config import check_kinds, check_numbers
+from dressing_sim.config import LATER, check_kinds, check_numbers
 from dressing_sim.errors import InvalidInputError
 
 #: A base stands at most this far from the origin, in each coordinate [m].
@@ -129,6 +129,16 @@ class Robot:
     is the base frame of a Panda that stands where it should."""
     base_yaw: float = 0.0
     """How far it is turned about the vertical there [rad]."""
+    grip_strength: float = 42.0
+    """Pull at which the cloth slips from its fingers [N]."""
+    grip_source: str = field(
+        default="the Panda hand's continuous clamping force of 70 N, friction of 0.3 on two sides",
+        metadata=LATER,
+    )
+    """Where that is from."""
+    urdf_checksum: str = field(default="", metadata=LATER)
+    """Of the description and its meshes, see `dressing_sim.world.description.checksum`; empty for
+    what comes with a package, whose version a run's config has."""
 
     def __post_init__(self) -> None:
         check_kinds(self, "robot")
@@ -149,6 +159,8 @@ class Robot:
             for x in self.base_position
         )
         object.__setattr__(self, "base_position", position)
+        real_number(self.grip_strength, f"robot {self.name}: grip_strength [N]", 0.0, above=True)
+        clean_name(self.grip_source, f"robot {self.name}: grip_source")
         real_number(self.base_yaw, f"robot {self.name}: base_yaw [rad]", -2 * np.pi, 2 * np.pi)
         home = tuple(real_number(q, f"robot {self.name}: home [rad]") for q in self.home)
         object.__setattr__(self, "home", home)

@@ -62,12 +62,12 @@ class WorldConfig:
     solver: SolverConfig = field(default_factory=SolverConfig)
     settle_time: float = 1.0
     """How long the cloth falls before an episode starts [s]."""
-    grip_strength: float = 42.0
-    """Pull at which the cloth slips from the fingers [N]: the Panda hand's continuous clamping
-    force of 70 N times friction of 0.3 on two sides."""
 
-    #: Where older files have a setting that is within another one now.
+    #: Settings of older files that are within another one now, see `from_plain`.
     MOVED = MappingProxyType({"servo": "robot"})
+
+    #: What files have beside the robot: they had it before it was the robot's, see `to_plain`.
+    KEPT = MappingProxyType({"grip_strength": "robot"})
 
     def __post_init__(self) -> None:
         check_kinds(self, "world")
@@ -79,8 +79,6 @@ class WorldConfig:
                 f"sleeve: contact_time is {heals} s, valid is at least twice the solver's "
                 f"timestep, {2.0 * step:g} s"
             )
-        if not self.grip_strength > 0.0:
-            raise InvalidInputError(f"world: grip_strength is {self.grip_strength} N, valid is > 0")
 
 
 def grip_start(posture: Posture, sleeve: SleeveConfig) -> NDArray[np.float64]:

@@ -210,7 +210,7 @@ class World:
         )
         if any(found):
             self.doubts = self.doubts + self.model.opt.timestep * np.array(found)
-        if self.holding and self._load @ self._load > self.config.grip_strength**2:
+        if self.holding and self._load @ self._load > self.config.robot.grip_strength**2:
             self.release()
 
     def release(self) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.garment import Fabric, Garment
+from dressing_sim.world.robot import PANDA
 from dressing_sim.world.scene import (
     SolverConfig,
     WorldConfig,
@@ -118,7 +119,11 @@ def test_an_impossible_solver_is_an_error_that_names_what_is(change):
         SolverConfig(**change)
 
 
-@pytest.mark.parametrize("name", ["settle_time", "grip_strength"])
-def test_an_impossible_world_is_an_error_that_names_what_is(name):
-    with pytest.raises(InvalidInputError, match=name):
-        WorldConfig(**{name: -1.0})
+@pytest.mark.parametrize(
+    "make",
+    [lambda: WorldConfig(settle_time=-1.0), lambda: replace(PANDA, grip_strength=-1.0)],
+    ids=["settle_time", "grip_strength"],
+)
+def test_an_impossible_world_is_an_error_that_names_what_is(make, request):
+    with pytest.raises(InvalidInputError, match=request.node.callspec.id):
+        make()

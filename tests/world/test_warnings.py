@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import mujoco
 import pytest
@@ -12,6 +13,7 @@ from dressing_sim.episode.record import record
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.path import Path
 from dressing_sim.world.garment import Fabric, Garment
+from dressing_sim.world.robot import PANDA
 from dressing_sim.world.scene import SolverConfig, WorldConfig, compiled
 from dressing_sim.world.sleeve import SleeveConfig
 
@@ -69,7 +71,7 @@ def test_a_world_that_mujoco_refuses_is_one_line():
         lambda: SolverConfig(solver=None),
         lambda: WorldConfig(sleeve=None),
         lambda: WorldConfig(settle_time="1"),
-        lambda: WorldConfig(grip_strength=None),
+        lambda: replace(PANDA, grip_strength=None),
     ],
 )
 def test_settings_of_another_kind_are_refused(make):
