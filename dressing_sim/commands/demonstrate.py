@@ -24,6 +24,7 @@ def demonstrate(
     operator: str = "expert",
     garment: str | None = None,
     person: str | None = None,
+    robot: str | None = None,
     force: bool = False,
     json: bool = False,
 ) -> None:
@@ -37,6 +38,8 @@ def demonstrate(
 
     Or: dressing-sim demonstrate case_a --operator "expert?speed=0.16" --out quick.h5
 
+    Or: dressing-sim demonstrate case_a --robot ur10 --out ur10.h5
+
     Args:
         suite: postures to demonstrate on: a name, a JSON file, or random:N[:SEED].
         out: file to write.
@@ -47,6 +50,7 @@ def demonstrate(
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
             with a height or a tape measure's sizes.
+        robot: which robot dresses: panda, ur10, or a TOML file with its URDF and servos.
         force: replace a file that is there already.
         json: print what was recorded as JSON.
     """
@@ -59,6 +63,7 @@ def demonstrate(
     from dressing_sim.policies.hyperparameters import split_name
     from dressing_sim.policies.registry import EXPERT, make_policy
     from dressing_sim.suites.people import as_person, load_person
+    from dressing_sim.suites.robots import with_robot
     from dressing_sim.suites.suites import load_suite
     from dressing_sim.suites.wardrobe import world_with
 
@@ -68,9 +73,9 @@ def demonstrate(
         raise InvalidInputError(f"operator is {shown(operator)}, valid is {valid}")
     teacher = make_policy(operator)
     assert isinstance(teacher, Operator)
-    inputs = [suite, garment, person]
+    inputs = [suite, garment, person, robot]
     check_output(out, force, inputs)
-    config, postures = world_with(garment), load_suite(suite)
+    config, postures = with_robot(world_with(garment), robot), load_suite(suite)
     if person is not None:
         postures = as_person(postures, load_person(person))
     recorded, lines, failed = [], [], []

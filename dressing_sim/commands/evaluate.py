@@ -17,6 +17,7 @@ def evaluate(
     demonstrations: str | None = None,
     garment: str | None = None,
     person: str | None = None,
+    robot: str | None = None,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -48,6 +49,8 @@ def evaluate(
 
     Or: dressing-sim evaluate --garment gown.toml --person ada.toml --out results/ada
 
+    Or: dressing-sim evaluate --suite paper5 --policies expert --robot ur10 --out results/ur10
+
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
     Args:
@@ -66,6 +69,8 @@ def evaluate(
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is under test: male, female_small, child-ten, tall-man, or a TOML file
             with a height or a tape measure's sizes.
+        robot: which robot dresses, in demonstrations too: panda, ur10, or a TOML file with its
+            URDF and servos.
         seed: of the operator's variability, of the policies' own randomness, and of variation.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
@@ -92,7 +97,7 @@ def evaluate(
     varied = None if variation is None else names(variation)
     limits = PolicyLimits(fit_time, generate_time, memory)
     plan = evaluation_plan(
-        protocol, suite, policies, varied, seed, demonstrations, limits, garment, person
+        protocol, suite, policies, varied, seed, demonstrations, limits, garment, person, robot
     )
     remarks = ""
     if any_of_the_paper(entry.policy for entry in plan.protocol.entries):
@@ -106,7 +111,7 @@ def evaluate(
         scheduler=scheduler,
         resume=resume,
         force=force,
-        inputs=[name for name in (suite, garment, person) if name is not None],
+        inputs=[name for name in (suite, garment, person, robot) if name is not None],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

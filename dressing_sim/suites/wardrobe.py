@@ -75,13 +75,17 @@ def garment(values: Values) -> Garment:
     return Garment(**sizes, fabric=fabric)
 
 
-def world_with(name_or_file: str | None) -> EpisodeConfig:
-    """The default world with another garment, see `load_garment`, or as it is for None.
+def world_with(name_or_file: str | None, config: EpisodeConfig | None = None) -> EpisodeConfig:
+    """A world with another garment, see `load_garment`, or as it is for None.
+
+    Args:
+        name_or_file: The garment.
+        config: The world; the default one if None.
 
     Raises:
         InvalidInputError: There is none, or its sleeve cannot be held or meshed.
     """
-    config = EpisodeConfig()
+    config = EpisodeConfig() if config is None else config
     if name_or_file is None:
         return config
     worn = load_garment(name_or_file)

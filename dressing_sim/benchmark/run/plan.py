@@ -22,6 +22,7 @@ from dressing_sim.policies.hosted import hosted_policy
 from dressing_sim.policies.registry import learns
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
+from dressing_sim.suites.people import as_person, load_person
 from dressing_sim.suites.suites import demonstration_postures, load_suite
 
 
@@ -195,6 +196,13 @@ def make_plan(
         own,
         own_files,
     )
+
+
+def dressing_person(plan: Plan, person: str | None) -> Plan:
+    """The same plan with the arm of a person under test, see `load_person`, or as it is."""
+    if person is None:
+        return plan
+    return replace(plan, tested=tuple(as_person(plan.tested, load_person(person))))
 
 
 def posture_seed(seed: int, posture: Posture) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
@@ -12,22 +12,24 @@ from tempfile import TemporaryDirectory
 from types import NoneType
 from typing import TYPE_CHECKING, Any
 
-from dressing_sim.benchmark.records import EpisodeResult
+from dressing_sim.benchmark.records import EpisodeResult, Protocol
 from dressing_sim.benchmark.run.executors import Processes
-from dressing_sim.benchmark.run.plan import Plan, make_plan
+from dressing_sim.benchmark.run.plan import Plan, dressing_person, make_plan
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.checks import listed, of_kind, shown, truth_value, whole_number
+from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.variation import factor_names
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.host import PolicyLimits
-from dressing_sim.suites.people import as_person, load_person
+from dressing_sim.suites.robots import with_robot
 from dressing_sim.suites.suites import suite_names
 from dressing_sim.suites.wardrobe import world_with
 from dressing_sim.system import check_may_start_processes, processors
+from dressing_sim.world.robot import PANDA
 
 if TYPE_CHECKING:
     import pandas
@@ -50,6 +52,7 @@ class EvaluationRow:
         failures: Episodes by what went wrong in them.
         n_void: Invalid episodes, which count neither way.
         n_abstained: Episodes that the policy did not try, which count as no success.
+        robot: Name of the robot that dressed.
     """
 
     policy: str
@@ -62,6 +65,7 @@ class EvaluationRow:
     failures: Mapping[str, int]
     n_void: int
     n_abstained: int = 0
+    robot: str = PANDA.name
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> EvaluationRow:
@@ -69,7 +73,7 @@ class EvaluationRow:
         values: dict[str, Any] = {
             one.name: row[one.name]
             for one in fields(cls)
-            if one.name in row or one.name != "n_abstained"  # told of those that do abstain
+            if one.name in row or one.default is MISSING  # only what is unusual is told
         }
         lists = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
         return cls(**{**values, **lists})
@@ -113,6 +117,7 @@ def evaluate(
     demonstrations: str | Path | None = None,
     garment: str | None = None,
     person: str | None = None,
+    robot: str | None = None,
     policy_limits: PolicyLimits | None = None,
     out: str | Path | None = None,
     resume: bool = False,
@@ -138,6 +143,8 @@ def evaluate(
             `dressing_sim.suites.wardrobe.load_garment`.
         person: Whose arm the test postures have: a name or a TOML file, see
             `dressing_sim.suites.people.load_person`.
+        robot: Which dresses, in demonstrations too: a name or a TOML file, see
+            `dressing_sim.suites.robots.load_robot`.
         policy_limits: Time and memory that other people's policies may use.
         out: Folder for the results; a temporary one if None.
         resume: Continue the run in the folder, if there is one.
@@ -156,7 +163,16 @@ def evaluate(
     of_kind(demonstrations, (str, Path, NoneType), "demonstrations", "suites, a file or None")
     of_kind(policy_limits, (PolicyLimits, NoneType), "policy_limits", "PolicyLimits or None")
     plan = evaluation_plan(
-        protocol, suite, policies, variation, seed, demonstrations, policy_limits, garment, person
+        protocol,
+        suite,
+        policies,
+        variation,
+        seed,
+        demonstrations,
+        policy_limits,
+        garment,
+        person,
+        robot,
     )
     study = evaluation_study(plan, pictures)
     if not isinstance(study, EpisodeStudy):
@@ -185,21 +201,22 @@ def evaluation_plan(
     policy_limits: PolicyLimits | None = None,
     garment: str | None = None,
     person: str | None = None,
+    robot: str | None = None,
 ) -> Plan:
-    """The plan of a protocol, with other postures, policies, arms or clothes if wanted.
+    """The plan of a protocol, with other postures, policies, arms, clothes or robot if wanted.
 
     Raises:
-        InvalidInputError: There is no such protocol, suite, policy, factor, garment or person, or
-            what is given is varied as well.
+        InvalidInputError: There is no such protocol, suite, policy, factor, garment, person or
+            robot, or what is given is varied as well.
     """
     of_kind(protocol, str, "protocol", "a name")
     chosen = find_protocol(protocol)
     if chosen.study == "cost" and any(
-        given is not None for given in (suite, policies, variation, garment, person)
+        given is not None for given in (suite, policies, variation, garment, person, robot)
     ):
         raise InvalidInputError(
             f"protocol {protocol!r} dresses nobody: --suite, --policies, --variation, --garment, "
-            "--person do not apply"
+            "--person, --robot do not apply"
         )
     if policies is not None:
         names = policies.split(",") if isinstance(policies, str) else policies
@@ -218,17 +235,25 @@ def evaluation_plan(
     if suites:
         chosen = chosen.with_suites(suites)
     file = None if demonstrations is None or suites else Path(demonstrations)
+    config = _world(chosen, garment, person, robot)
+    plan = make_plan(chosen, seed, config, policy_limits=policy_limits, demonstrations=file)
+    return dressing_person(plan, person)
+
+
+def _world(
+    protocol: Protocol, garment: str | None, person: str | None, robot: str | None
+) -> EpisodeConfig:
+    """The world with a garment and a robot, once neither garment nor arm is varied as well."""
+    of_kind(robot, (str, NoneType), "robot", "a name, a TOML file or None")
     for name, given, factor in (("garment", garment, "garment"), ("person", person, "arm")):
         of_kind(given, (str, NoneType), name, "a name, a TOML file or None")
         if given is not None and any(
-            factor in factor_names(entry.variation) for entry in chosen.entries
+            factor in factor_names(entry.variation) for entry in protocol.entries
         ):
             raise InvalidInputError(
                 f"{name} is {given!r}, but the {factor} is varied as well; valid is one of them"
             )
-    config = None if garment is None else world_with(garment)
-    plan = make_plan(chosen, seed, config, policy_limits=policy_limits, demonstrations=file)
-    return plan if person is None else dressing_person(plan, person)
+    return with_robot(world_with(garment), robot)
 
 
 def suites_in(demonstrations: str | Path | None) -> list[str]:
@@ -246,11 +271,6 @@ def suites_in(demonstrations: str | Path | None) -> list[str]:
             f"demonstrations, or of {', '.join(suite_names())}"
         )
     return names
-
-
-def dressing_person(plan: Plan, person: str) -> Plan:
-    """The same plan with the arm of a person under test, see `load_person`."""
-    return replace(plan, tested=tuple(as_person(plan.tested, load_person(person))))
 
 
 def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:

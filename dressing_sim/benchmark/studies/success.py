@@ -16,6 +16,7 @@ from dressing_sim.benchmark.studies.success_document import success_document
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.config import to_plain
 from dressing_sim.policies.paper import plain_config
+from dressing_sim.world.robot import PANDA
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ class Success(EpisodeStudy):
             "policies": plain_config(),
             "episode": to_plain(plan.config),
         }
-        return summarise(plan.protocol, results, config)
+        robot = plan.config.world.robot
+        return summarise(plan.protocol, results, config, None if robot == PANDA else robot.name)
 
     def document(
         self,

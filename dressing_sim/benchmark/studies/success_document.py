@@ -38,6 +38,7 @@ from dressing_sim.benchmark.studies.success_changes import (
 from dressing_sim.benchmark.studies.success_map import failure_map
 from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
+from dressing_sim.world.robot import PANDA
 
 #: Policies that a title may name.
 _FEW = 3
@@ -140,6 +141,11 @@ def _what(protocol: Protocol) -> str:
 def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
     yield Paragraph(headline(protocol, summary))
     yield Table(tables.table(summary))
+    if robots := sorted({row["robot"] for row in summary["rows"] if "robot" in row}):
+        yield Paragraph(
+            f"The robot is {', '.join(robots)}, in the run's own demonstrations too. Suites, "
+            f"operator and policies were made for the Panda's reach and hand.{_grip(summary)}"
+        )
     mixed = [label_of(row) for row in summary["rows"] if row.get("mixed_code")]
     if mixed:
         yield Paragraph(
@@ -153,6 +159,13 @@ def _lead(protocol: Protocol, summary: Summary) -> Iterator[Block]:
             "Next to the paper's table, whose trials were made with a real robot, on postures of "
             "its own.",
         )
+
+
+def _grip(summary: Summary) -> str:
+    """How hard the robot holds, and who says so."""
+    world = summary["config"]["episode"]["world"]
+    source = world["robot"].get("grip_source", PANDA.grip_source)
+    return f" Its grip holds {world['grip_strength']:g} N ({source})."
 
 
 def headline(protocol: Protocol, summary: Summary) -> str:

@@ -19,7 +19,10 @@ _BOOTSTRAP_SEED = 0
 
 
 def summarise(
-    protocol: Protocol, results: Sequence[EpisodeResult], config: Mapping[str, Any]
+    protocol: Protocol,
+    results: Sequence[EpisodeResult],
+    config: Mapping[str, Any],
+    robot: str | None = None,
 ) -> dict[str, Any]:
     """Success rates by row, with Wilson intervals, and what they say of the paper's claims.
 
@@ -28,7 +31,8 @@ def summarise(
     ``pc_success_attempted`` and ``pc_success_attempted_ci95``. With several demonstration sets, a
     row that learned also has its rates by set,
     ``"sets": [{"demonstration_set", "n_episodes", "n_success", "pc_success"}]``,
-    and ``pc_success_ci95_sets``, see `rate_interval_over_sets`.
+    and ``pc_success_ci95_sets``, see `rate_interval_over_sets`. Where another robot than the
+    benchmark's dressed, every row has its name as ``robot``.
 
     Returns:
         ``{"rows": [...], "comparisons": [...], "claims": [...], "versions": {...},
@@ -36,8 +40,9 @@ def summarise(
         the results come.
     """
     episodes = EpisodeTable.of(results)
+    told = {} if robot is None else {"robot": robot}
     return {
-        "rows": summary_rows(protocol, episodes),
+        "rows": [{**row, **told} for row in summary_rows(protocol, episodes)],
         "comparisons": comparisons(episodes, _generator()),
         "claims": [claim.to_dict() for claim in judge_claims(episodes, _generator())],
         "versions": versions(),

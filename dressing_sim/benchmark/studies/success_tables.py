@@ -39,6 +39,7 @@ def _entry(result: EpisodeResult) -> Entry:
 
 _ROWS: list[Column[Summary]] = [
     *_named(Entry.of),
+    ("robot", lambda row: row.get("robot", "-")),
     ("success", lambda row: _success(row)),
     ("rate", lambda row: percent(row["pc_success"])),
     ("95 % interval", lambda row: between(row["pc_success_ci95"])),
@@ -148,7 +149,9 @@ def table(summary: Summary) -> Cells:
     learned = [row for row in summary["rows"] if row["demonstrations"] is not None]
     if any(row.get("inputs", "frames") != "frames" for row in learned):
         columns.insert(2, ("inputs", lambda row: row["inputs"]))
-    return tabulate(summary["rows"], columns, optional=("varied", "over sets", "abstained"))
+    return tabulate(
+        summary["rows"], columns, optional=("varied", "robot", "over sets", "abstained")
+    )
 
 
 def printed_rate(row: Summary) -> Rate | None:

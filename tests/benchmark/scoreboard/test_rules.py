@@ -7,11 +7,10 @@ from submitted import ADA, ROWS, fake_run, others_run
 
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.run.origin import Origin
-from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.plan import dressing_person, make_plan
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.scoreboard.rules import TEST_SUITES, Statement, check_run
 from dressing_sim.benchmark.scoreboard.submission import submit
-from dressing_sim.benchmark.studies.evaluate import dressing_person
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import numerics
 from dressing_sim.policies.host import PolicyLimits

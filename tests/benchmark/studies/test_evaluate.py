@@ -7,11 +7,14 @@ import fake_benchmark
 import pytest
 from fake_benchmark import fake_work, write_suite
 
+from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.benchmark.studies import STUDIES
-from dressing_sim.benchmark.studies.evaluate import evaluate, policy_name
+from dressing_sim.benchmark.studies.evaluate import evaluate, evaluation_plan, policy_name
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.cli import main
+from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.suites.robots import with_robot
 
 
 @pytest.fixture
@@ -81,6 +84,37 @@ def test_without_pandas_the_error_says_what_to_install(suite, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InvalidInputError, match="pip install pandas"):
         found.to_pandas()
+
+
+def test_the_robot_stands_in_the_run_s_config_and_the_default_in_none():
+    usual = evaluation_plan("paper", None, "expert", None, 0)
+    other = evaluation_plan("paper", None, "expert", None, 0, robot="ur10")
+    assert other.config == with_robot(EpisodeConfig(), "ur10")
+    assert Plan.from_dict(other.to_dict()) == other
+    assert evaluation_plan("paper", None, "expert", None, 0, robot="panda") == usual
+    assert usual.config == EpisodeConfig()
+
+
+def test_a_run_names_its_robot_and_does_not_go_on_with_another(suite, tmp_path, capsys):
+    command = ["evaluate", "--suite", suite, "--policies", "expert", "--workers", "1"]
+    command += ["--no-pictures", "--out", "run"]
+    main([*command, "--robot", "ur10"])
+    rows = json.loads((tmp_path / "run/summary.json").read_text())["rows"]
+    assert [row["robot"] for row in rows] == ["UR10"]
+    assert "The robot is UR10" in (tmp_path / "run/report.md").read_text()
+    done = (tmp_path / "run/episodes.jsonl").read_bytes()
+    for flags in ([], ["--robot", "panda"]):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stopped:
+            main([*command, *flags, "--resume"])
+        assert stopped.value.code == 2
+        told = capsys.readouterr().err
+        assert "another config" in told
+        assert "UR10" in told
+    main([*command, "--robot", "ur10", "--resume"])
+    assert (tmp_path / "run/episodes.jsonl").read_bytes() == done
+    (row,) = evaluate("expert", suite=suite, workers=1).rows
+    assert row.robot == "panda"
 
 
 def test_a_class_goes_by_its_module_and_name():
