@@ -11,6 +11,8 @@ from dressing_sim.commands.options import check_seed, names
 def thresholds(
     suite: str = "val50",
     policies: str | None = None,
+    garment: str | None = None,
+    person: str | None = None,
     seed: int = 0,
     workers: int | None = None,
     out: Path = Path("results/thresholds"),
@@ -30,11 +32,17 @@ def thresholds(
 
     Or: dressing-sim thresholds --suite random:20 --policies expert,tp-gmm --workers 4
 
+    Or: dressing-sim thresholds --garment gown.toml --person ada.toml --out results/ada
+
     Args:
         suite: test postures: a name, a JSON file, or random:N.
         policies: other policies than the study's, separated by commas, each learning from all of
             its demonstrations: expert, tp-gmm, tp-gmm-rf, the name of an installed one, or
             module:Class.
+        garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
+            tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
+        person: whose arm is under test: male, female_small, child-ten, tall-man, or a TOML file
+            with a height or a tape measure's sizes.
         seed: of the operator's variability, and of the policies' own randomness.
         workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results; a finished run of the same study in it is replaced.
@@ -53,12 +61,12 @@ def thresholds(
         protocol = protocol.with_policies(names(policies))
     check_seed(seed)
     carry_out(
-        thresholds_plan(protocol, seed),
+        thresholds_plan(protocol, seed, garment, person),
         out,
         workers=workers,
         resume=resume,
         force=force,
-        inputs=[suite],
+        inputs=[name for name in (suite, garment, person) if name is not None],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

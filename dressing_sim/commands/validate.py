@@ -11,6 +11,8 @@ def validate(
     suite: str = "val50",
     postures: int | None = None,
     settings: str | None = None,
+    garment: str | None = None,
+    person: str | None = None,
     seed: int = 0,
     workers: int | None = None,
     out: Path = Path("results/validate"),
@@ -39,11 +41,17 @@ def validate(
 
     Or: dressing-sim validate --settings all
 
+    Or: dressing-sim validate --garment gown.toml --person ada.toml --out results/ada
+
     Args:
         suite: postures: a name, a JSON file, or random:N.
         postures: how many of them, from the first; by default all, and of val50 15.
         settings: all, or some of the settings to sweep, separated by commas; default, finest and
             tolerance 1e-12 (a converged solver) are always among them.
+        garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
+            tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
+        person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
+            with a height or a tape measure's sizes.
         seed: of the operator's variability and of the policies' own randomness.
         workers: processes, as many as processors unless given; verdicts do not depend on it.
         out: folder for the results; a finished run of the same study in it is replaced.
@@ -62,18 +70,19 @@ def validate(
         check_positive("postures", postures)
     check_seed(seed)
     if settings is None:
-        plan, plot = agreement_plan(suite, postures, seed), "agreement.svg"
+        plan, plot = agreement_plan(suite, postures, seed, garment, person), "agreement.svg"
     else:
         wanted = [name for name in names(settings) if name]
         chosen = None if wanted == ["all"] else wanted
-        plan, plot = convergence_plan(suite, postures, chosen, seed), "convergence.svg"
+        plan = convergence_plan(suite, postures, chosen, seed, garment, person)
+        plot = "convergence.svg"
     summary = carry_out(
         plan,
         out,
         workers=workers,
         resume=resume,
         force=force,
-        inputs=[suite],
+        inputs=[name for name in (suite, garment, person) if name is not None],
         accept_numerics=accept_numerics,
         accept_changes=accept_changes,
         json=json,

@@ -1,6 +1,7 @@
 """People and garments by file."""
 
 from dataclasses import astuple, replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,10 @@ from hypothesis import strategies as st
 
 from dressing_sim.arm import ARM_SIZES, ArmSize, Posture
 from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.benchmark.studies.agreement import agreement_plan
+from dressing_sim.benchmark.studies.convergence import convergence_plan
 from dressing_sim.benchmark.studies.evaluate import evaluation_plan
+from dressing_sim.benchmark.studies.thresholds import PROTOCOL, thresholds_plan
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets
 from dressing_sim.suites.measures import Measure, schema_table
@@ -166,6 +170,29 @@ def test_a_run_dresses_this_person_in_this_garment_and_its_file_says_so():
     assert Plan.from_dict(plan.to_dict()) == plan
     with pytest.raises(InvalidInputError, match="is varied as well"):
         evaluation_plan("paper", None, None, ["arm"], 0, person="child-ten")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        partial(thresholds_plan, PROTOCOL, 0),
+        partial(agreement_plan, "val50", 2, 0),
+        partial(convergence_plan, "val50", 2, None, 0),
+    ],
+    ids=["thresholds", "agreement", "convergence"],
+)
+def test_studies_of_the_simulation_dress_this_person_in_this_garment(make):
+    usual, plan = make(), make("hospital-gown", "child-ten")
+    assert plan.tested == tuple(as_person(usual.tested, load_person("child-ten")))
+    assert plan.config == world_with("hospital-gown", usual.config)
+    assert plan.config.protective_stop == usual.config.protective_stop
+    assert replace(plan, tested=usual.tested, config=usual.config) == usual
+    assert Plan.from_dict(plan.to_dict()) == plan
+    assert make("tshirt-m", None) == usual
+    with pytest.raises(InvalidInputError, match="unknown garment 'x'"):
+        make("x", None)
+    with pytest.raises(InvalidInputError, match="unknown person 'x'"):
+        make(None, "x")
 
 
 @pytest.mark.parametrize("schema", [PERSON, GARMENT], ids=["person", "garment"])

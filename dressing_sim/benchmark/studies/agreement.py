@@ -18,7 +18,7 @@ from dressing_sim.benchmark.analysis.statistics import mcnemar_p, wilson_interva
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Json, Protocol
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.run.lines import parse_outcome
-from dressing_sim.benchmark.run.plan import Job, Plan, make_plan
+from dressing_sim.benchmark.run.plan import Job, Plan, dressing_person, make_plan
 from dressing_sim.benchmark.run.runner import Work, job_result, record_answer
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.agreement_document import agreement_document
@@ -38,6 +38,7 @@ from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Policy
 from dressing_sim.provenance import versions
 from dressing_sim.suites.suites import load_suite
+from dressing_sim.suites.wardrobe import world_with
 
 #: Rows of the paper that are compared: with and without augmentation, and the baseline.
 ENTRIES = (
@@ -90,11 +91,20 @@ def reference(config: EpisodeConfig, edge: float = FINE, step: float = SHORT) ->
     return replace(config, world=replace(world, sleeve=sleeve, solver=solver))
 
 
-def agreement_plan(suite: str = SUITE, postures: int | None = None, seed: int = 0) -> Plan:
-    """The plan of the study: every row of `ENTRIES` on the first of a suite's postures."""
-    tested = first_postures(suite, postures)
-    plan = make_plan(Protocol("agreement", suite, ENTRIES, study="agreement"), seed)
-    return replace(plan, tested=tested)
+def agreement_plan(
+    suite: str = SUITE,
+    postures: int | None = None,
+    seed: int = 0,
+    garment: str | None = None,
+    person: str | None = None,
+) -> Plan:
+    """The plan of the study: every row of `ENTRIES` on the first of a suite's postures.
+
+    Garment and person are names or TOML files, see `load_garment` and `load_person`.
+    """
+    tested, config = first_postures(suite, postures), world_with(garment)
+    plan = make_plan(Protocol("agreement", suite, ENTRIES, study="agreement"), seed, config)
+    return dressing_person(replace(plan, tested=tested), person)
 
 
 def first_postures(suite: str, postures: int | None) -> tuple[Posture, ...]:

@@ -19,7 +19,7 @@ from dressing_sim.benchmark.analysis.failures import verdict
 from dressing_sim.benchmark.records import Protocol
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.run.executors import Workers
-from dressing_sim.benchmark.run.plan import Plan
+from dressing_sim.benchmark.run.plan import Plan, dressing_person
 from dressing_sim.benchmark.run.progress import Progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.benchmark.studies.agreement import REQUIRED_AGREEMENT, first_postures
@@ -36,10 +36,12 @@ from dressing_sim.benchmark.studies.convergence_trials import (
     simulate,
 )
 from dressing_sim.benchmark.studies.study import Calls, Study, Summary
+from dressing_sim.config import to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.provenance import versions
+from dressing_sim.suites.wardrobe import world_with
 from dressing_sim.world.scene import SolverConfig
 
 #: How far strain and pull may be from those of a converged solver in nine of ten dressings.
@@ -60,6 +62,8 @@ def convergence_plan(
     postures: int | None = None,
     only: Sequence[str] | None = None,
     seed: int = 0,
+    garment: str | None = None,
+    person: str | None = None,
 ) -> Plan:
     """The plan of the study.
 
@@ -68,9 +72,11 @@ def convergence_plan(
         postures: How many of them, from the first; if None all, and of `val50` 15.
         only: Settings to try besides the default, the finest and a converged solver; all if None.
         seed: Of the operator's variability.
+        garment: What is put on: a name or a TOML file, see `load_garment`.
+        person: Whose arm it is: a name or a TOML file, see `load_person`.
 
     Raises:
-        InvalidInputError: There is no such suite or setting, or fewer postures.
+        InvalidInputError: There is no such suite, setting, garment or person, or fewer postures.
     """
     names = [setting.name for setting in settings()]
     unknown = sorted(set(only or ()) - set(names))
@@ -79,14 +85,15 @@ def convergence_plan(
             f"unknown setting {unknown[0]!r}; valid is one of {', '.join(names)}"
         )
     wanted = {DEFAULT, FINEST, CONVERGED, *(names if only is None else only)}
-    return Plan(
+    plan = Plan(
         Protocol("convergence", suite, (), study="convergence"),
         seed,
-        EpisodeConfig(),
+        world_with(garment),
         first_postures(suite, postures),
         {},
         {"settings": [name for name in names if name in wanted]},
     )
+    return dressing_person(plan, person)
 
 
 @dataclass(frozen=True)
@@ -123,6 +130,8 @@ class Convergence(Study[Trial, Trial]):
         """Every setting against the finest, and the default on trial."""
         plan = folder.plan
         config = {"suite": plan.protocol.suite, "postures": len(plan.tested), "seed": plan.seed}
+        if plan.config != EpisodeConfig():
+            config["episode"] = to_plain(plan.config)
         return {**compare(results, _chosen(plan)), "versions": versions(), "config": config}
 
     def document(

@@ -13,7 +13,7 @@ from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
 from dressing_sim.benchmark.analysis.statistics import Row, compare
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.report.document import Document
-from dressing_sim.benchmark.run.plan import Plan, make_plan
+from dressing_sim.benchmark.run.plan import Plan, dressing_person, make_plan
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Summary
@@ -31,6 +31,7 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.thresholds import Thresholds, threshold_sources, threshold_units
 from dressing_sim.policies.registry import EXPERT
 from dressing_sim.provenance import versions
+from dressing_sim.suites.wardrobe import world_with
 
 PROTOCOL = Protocol(
     "thresholds",
@@ -52,9 +53,18 @@ PROTOCOL = Protocol(
 _BOOTSTRAP_SEED = 0
 
 
-def thresholds_plan(protocol: Protocol = PROTOCOL, seed: int = 0) -> Plan:
-    """The plan of the study: episodes go on after limits were exceeded."""
-    return make_plan(protocol, seed, EpisodeConfig(protective_stop=False))
+def thresholds_plan(
+    protocol: Protocol = PROTOCOL,
+    seed: int = 0,
+    garment: str | None = None,
+    person: str | None = None,
+) -> Plan:
+    """The plan of the study: episodes go on after limits were exceeded.
+
+    Garment and person are names or TOML files, see `load_garment` and `load_person`.
+    """
+    config = world_with(garment, EpisodeConfig(protective_stop=False))
+    return dressing_person(make_plan(protocol, seed, config), person)
 
 
 @dataclass(frozen=True)
