@@ -95,12 +95,13 @@ class Compliance:
     ``torque = stiffness (where it is held - angle) + damping (its speed - speed)``. The arm's own
     weight is carried by the person wherever the arm is.
 
-    The defaults are the diagonal of the matrices of Davidson and Charles, "Fundamental Principles
-    of Tremor Propagation in the Upper Limb", Annals of Biomedical Engineering 45 (2017),
-    doi:10.1007/s10439-016-1765-5: stiffness of shoulder flexion and elbow as Gomi and Osu measured
-    it in seated people who hold a posture without load (Journal of Neuroscience 18, 1998; 10.8 and
-    8.67 N m/rad); damping is 0.07 s times stiffness. Their couplings between joints, of one
-    posture, are left out.
+    The defaults are meant to be the diagonal of the matrices of Davidson and Charles, "Fundamental
+    Principles of Tremor Propagation in the Upper Limb", Annals of Biomedical Engineering 45 (2017),
+    doi:10.1007/s10439-016-1765-5: stiffness of shoulder flexion and elbow after Gomi and Osu
+    (Journal of Neuroscience 18, 1998; 10.8 and 8.67 N m/rad, without torque in the joints); damping
+    is 0.07 s times stiffness. Their couplings between joints, of one posture, are left out. The
+    numbers were read in public programs, not in the articles' tables; ``docs/moving.md`` says what
+    was found, and that an arm held out against gravity should be three to four times as stiff.
 
     Attributes:
         stiffness: [N m/rad].
