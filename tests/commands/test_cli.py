@@ -190,6 +190,23 @@ def test_a_failed_demonstration_writes_nothing(capsys, folder, one, monkeypatch)
     assert not (folder / "some.h5").exists()
 
 
+@pytest.mark.parametrize(
+    ("flags", "robot"),
+    [([], "panda"), (["--robot", "panda"], "panda"), (["--robot", "ur10"], "UR10")],
+)
+def test_the_robot_that_is_named_demonstrates(flags, robot, one, monkeypatch):
+    seen = []
+
+    def demonstrate(_posture, _seed, _operator, config):
+        seen.append(config.world.robot.name)
+        raise DemonstrationFailed("no demonstration", Outcome(False))
+
+    monkeypatch.setattr(record_module, "demonstrate", demonstrate)
+    with pytest.raises(SystemExit):
+        main(["demonstrate", one, *flags])
+    assert seen == [robot]
+
+
 def test_what_succeeded_is_written_and_what_failed_is_named(capsys, tmp_path, posture):
     far = replace(
         posture,
