@@ -211,7 +211,7 @@ def _check_joints(robot: Robot, joints: dict[str, ET.Element]) -> None:
         if joints[name].get("type") != "revolute" or not (
             numbers[0] < numbers[1]
             and min(numbers[2:]) > 0.0
-            and max(map(abs, numbers)) <= _LARGEST_LIMIT
+            and all(abs(number) <= _LARGEST_LIMIT for number in numbers)  # no NaN is
         ):
             told = f"joint {name} is {joints[name].get('type')!r:.40} with the limits"
             valid = (
