@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import IO, Any
 
+#: The file that libraries print errors to.
+_STANDARD_ERROR = 2
+
 
 def lock_file(file: IO[Any]) -> None:
     """Lock an open file for this process until it is closed.
@@ -109,3 +112,24 @@ def end_group(pid: int) -> None:
             kill(pid, signal.SIGKILL)
     except ProcessLookupError:  # it is gone already
         return
+
+
+@contextmanager
+def silent_libraries() -> Iterator[None]:
+    """What compiled libraries print to standard error meanwhile is not seen; nor is anybody else's.
+
+    For a moment in which nothing else is going on.
+    """
+    try:
+        kept = os.dup(_STANDARD_ERROR)
+    except OSError:  # it is closed: nothing is seen anyway
+        yield
+        return
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, _STANDARD_ERROR)
+        os.close(nowhere)
+        yield
+    finally:
+        os.dup2(kept, _STANDARD_ERROR)
+        os.close(kept)

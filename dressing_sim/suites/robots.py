@@ -20,6 +20,7 @@ from dressing_sim.suites.measures import (
     find_file,
     load_named,
 )
+from dressing_sim.system import silent_libraries
 from dressing_sim.world.description import checksum, joint_limits
 from dressing_sim.world.robot import MAX_BASE_DISTANCE, PANDA, Gripper, Robot, ServoConfig
 from dressing_sim.world.robot_spec import robot_spec
@@ -125,7 +126,8 @@ def check_robot(robot: Robot) -> None:
     except InvalidInputError as error:
         told = str(error).removeprefix(f"robot {robot.name}: ").removeprefix("world: ")
         raise InvalidInputError(f"robot {robot.name}: {told}") from error
-    RobotKinematics(robot)
+    with silent_libraries():  # the reader behind Pinocchio prints lines of its own
+        RobotKinematics(robot)
 
 
 def robot(values: Values, folder: Path) -> Robot:

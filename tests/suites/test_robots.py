@@ -194,6 +194,10 @@ BROKEN = {
     "limits swapped": ('lower="-3" upper="3"', 'lower="3" upper="-3"'),
     "no such joint": ('<joint name="b"', '<joint name="d"'),
     "nan": ('value="2"', 'value="nan"'),
+    "drawn without a size": (
+        '<link name="base"/>',
+        '<link name="base"><visual><geometry><box/></geometry></visual></link>',
+    ),
     "huge": ('xyz="0.4 0 0"', 'xyz="4e99 0 0"'),
 }
 
@@ -201,7 +205,7 @@ BROKEN = {
 @pytest.mark.parametrize("command", ["dress --posture bent10", "evaluate", "demonstrate case_a"])
 @pytest.mark.parametrize("broken", [*BROKEN, "no urdf", "nan in the file", "no file"])
 def test_a_broken_robot_is_one_line_and_exit_code_2_and_nothing_is_written(
-    command, broken, file, monkeypatch, capsys
+    command, broken, file, monkeypatch, capfd
 ):
     monkeypatch.chdir(file.parent)
     urdf = file.with_suffix(".urdf")
@@ -217,7 +221,7 @@ def test_a_broken_robot_is_one_line_and_exit_code_2_and_nothing_is_written(
     before = {path: path.read_bytes() for path in file.parent.iterdir()}
     with pytest.raises(SystemExit) as stopped:
         main([*command.split(), "--robot", "two.toml"])
-    told = capsys.readouterr()
+    told = capfd.readouterr()  # of libraries too
     assert stopped.value.code == 2
     assert told.err.startswith("dressing-sim: ")
     assert told.err.count("\n") == 1
