@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import tyro
@@ -12,10 +13,13 @@ from dressing_sim.checks import shown
 from dressing_sim.commands.filming import Filming
 from dressing_sim.commands.options import check_seed, names, print_outcome
 from dressing_sim.errors import InvalidInputError, PolicyError
-from dressing_sim.files import is_file
+from dressing_sim.files import check_output, is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from dressing_sim.arm import Posture
     from dressing_sim.episode.config import EpisodeConfig
@@ -36,6 +40,7 @@ def dress(
     person: str | None = None,
     robot: str | None = None,
     compare: str | None = None,
+    explain: Path | None = None,
     filming: tyro.conf.OmitArgPrefixes[Filming] = _NO_FILM,
     json: bool = False,
 ) -> None:
@@ -53,6 +58,8 @@ def dress(
 
     Or: dressing-sim dress --posture bent65 --compare expert,tp-gmm --video both.mp4 --camera auto
 
+    Or: dressing-sim dress --posture bent65 --policy tp-gmm-rf --explain learned.svg
+
     Args:
         posture: name of a posture in a suite, or FLEXION,ABDUCTION,ROTATION,ELBOW[,SIZE] in
             degrees.
@@ -68,6 +75,10 @@ def dress(
         robot: which robot dresses, in demonstrations too: panda, ur10, or a TOML file with its
             URDF and servos.
         compare: two policies A,B instead, filmed side by side.
+        explain: picture to write of what the policy learned and of its answer for this arm: .svg
+            or .png. Of one of the paper's: what each frame saw, its ellipsoids before and after
+            their fusion, and what Algorithm 1 kept and discarded; of transport: the demonstrations
+            carried to this arm, and how sure it is.
         filming: what is filmed, and how.
         json: print the outcome as JSON.
     """
@@ -85,14 +96,21 @@ def dress(
     policies = [policy] if compare is None else names(compare)
     if compare is not None and len(policies) != 2:
         raise InvalidInputError(f"compare is {compare!r:.80}, valid is two policies, A,B")
+    if compare is not None and explain is not None:
+        raise InvalidInputError("--compare and --explain exclude each other")
     given = (posture, *policies, demonstrations, garment, person, robot)
     inputs = [name for name in given if name]
     films = filming.films(inputs, len(policies))
+    if explain is not None:
+        from dressing_sim.benchmark.report.explanation import check_picture
+
+        check_picture(explain)
+        check_output(explain, filming.force, inputs)
     shots, printed = [], []
     for number, one in enumerate(policies):
         film = films[number] if films else None
         try:
-            source, learned = _source(one, demonstrations, seed, config)
+            source, learned = _source(one, demonstrations, seed, config, explain is not None)
             recording = record(source, arm, seed, config, None if film is None else film.expose)
         except PolicyError as error:
             raise PolicyError(f"policy {one!r} gave no answer: {error}") from error
@@ -100,6 +118,11 @@ def dress(
         printed.append({"posture": arm.to_dict(), "policy": one, **outcome.to_dict()})
         if not json:
             print_outcome(arm.name if compare is None else f"{one}, {arm.name}", outcome)
+        if explain is not None:
+            check_output(explain, filming.force, inputs)  # it took long
+            begin = recording.positions[0]
+            written = _explained(explain, source, one, arm, begin, learned)
+            print(written, file=sys.stderr if json else sys.stdout)
         if film is not None:
             shots.append(_shot(film, recording, f"{one} on {arm.name}", arm, config, learned))
     if json:
@@ -130,21 +153,44 @@ def _shot(
     return Shot(film, posture, config.world, story)
 
 
+def _explained(
+    file: Path,
+    policy: Policy,
+    name: str,
+    arm: Posture,
+    start: NDArray[np.float64],
+    learned: Sequence[Demonstration],
+) -> str:
+    """Draw what a policy has learned, and say so."""
+    from dressing_sim.benchmark.report.explanation import write_explanation
+    from dressing_sim.policies.explained import explain
+
+    told = f", learned from {', '.join(one.posture.name for one in learned)}" if learned else ""
+    explanation = explain(policy, name, arm, start, learned)
+    write_explanation(file, explanation, f"{name} on {arm.name}{told}")
+    return f"picture of what {name} learned written to {file}"
+
+
 def _source(
-    policy: str, demonstrations: str, seed: int, config: EpisodeConfig
+    policy: str, demonstrations: str, seed: int, config: EpisodeConfig, explained: bool = False
 ) -> tuple[Policy, Sequence[Demonstration]]:
     """A fitted policy, and what it has learned from, if that is known.
 
-    It is from a file, or by its name, as a row of a table learns in its first set.
+    It is from a file, or by its name, as a row of a table learns in its first set. One that is to
+    be `explained` is refused, if it cannot be, before anything takes long.
     """
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
+    from dressing_sim.policies.explained import check_explained
     from dressing_sim.policies.files import load_policy
     from dressing_sim.policies.hosted import hosted_policy
     from dressing_sim.policies.registry import known_name, learns
 
     if is_file(policy):
-        return load_policy(policy), ()
+        loaded = load_policy(policy)
+        if explained:
+            check_explained(loaded, policy)
+        return loaded, ()
     name = known_name(policy)
     try:
         fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
@@ -155,6 +201,8 @@ def _source(
             f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
             "'dressing-sim learn'"
         ) from error
+    if explained:
+        check_explained(fresh, name)
     if not learns(name):
         return fresh, ()
     recorded = _recorded(demonstrations, seed, config)

@@ -98,28 +98,31 @@ class Guarded:
     Args:
         name: As it was asked for.
         policy: It answers in this process.
+
+    Attributes:
+        policy: What answers, once fitted what has learned.
     """
 
     def __init__(self, name: str, policy: Any) -> None:
         self.name = name
-        self._policy = policy
+        self.policy = policy
         self.inputs = getattr(policy, "inputs", "frames")
         self.stream = getattr(policy, "stream", type(policy).__qualname__)
 
     @property
     def dt(self) -> float | None:
         """Time between two samples of its path, if it says so [s]."""
-        return getattr(self._policy, "dt", None)
+        return getattr(self.policy, "dt", None)
 
     def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Guarded:
         """Learn, and return the policy itself."""
-        self._policy = _answered(lambda: fit(self._policy, demonstrations))
+        self.policy = _answered(lambda: fit(self.policy, demonstrations))
         return self
 
     def generate(self, frames: Situation | Posture, start: ArrayLike, seed: int = 0) -> Path:
         """A path for a situation."""
-        drawn = seed_argument(self._policy.generate, seed)
-        return _answered(lambda: checked_path(self._policy.generate(frames, start, **drawn), "it"))
+        drawn = seed_argument(self.policy.generate, seed)
+        return _answered(lambda: checked_path(self.policy.generate(frames, start, **drawn), "it"))
 
 
 class GuardedActor(Guarded):
@@ -127,11 +130,11 @@ class GuardedActor(Guarded):
 
     def reset(self, seed: int = 0) -> None:
         """Begin an episode."""
-        _answered(lambda: reset_policy(self._policy, seed))
+        _answered(lambda: reset_policy(self.policy, seed))
 
     def act(self, observation: Any) -> Any:
         """The next target (3,) [m], or None at the end."""
-        return _answered(lambda: self._policy.act(observation))
+        return _answered(lambda: self.policy.act(observation))
 
 
 def _answered(call: Callable[[], T]) -> T:
