@@ -30,6 +30,7 @@ def evaluate(
     generate_time: float = 10.0,
     memory: float = 4.0,
     pictures: bool = True,
+    films: int = 0,
     json: bool = False,
 ) -> None:
     """Measure how often policies dress an arm in a posture that they were not shown.
@@ -50,6 +51,8 @@ def evaluate(
     Or: dressing-sim evaluate --garment gown.toml --person ada.toml --out results/ada
 
     Or: dressing-sim evaluate --suite paper5 --policies expert --robot ur10 --out results/ur10
+
+    Or: dressing-sim evaluate --out results/evaluate --resume --films 2
 
     Or: dressing-sim evaluate --scheduler tcp://10.0.0.1:8786 --out results/cluster --resume
 
@@ -85,6 +88,8 @@ def evaluate(
         generate_time: longest time in which it makes a path, or a target, in seconds.
         memory: most memory that it may allocate, where the platform has such a limit, in GiB.
         pictures: draw the hardest postures in report.html, which runs their episodes again.
+        films: film so many typical failures of each row, next to report.html, which runs their
+            episodes again; of a finished run with --resume.
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.evaluate import evaluation_plan, evaluation_study
@@ -106,7 +111,7 @@ def evaluate(
     carry_out(
         plan,
         out,
-        study=evaluation_study(plan, pictures),
+        study=evaluation_study(plan, pictures, films),
         workers=workers,
         scheduler=scheduler,
         resume=resume,

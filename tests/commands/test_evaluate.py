@@ -22,6 +22,7 @@ from dressing_sim.benchmark.studies.cost import Cost
 from dressing_sim.benchmark.studies.success_tables import next_to_paper
 from dressing_sim.cli import main
 from dressing_sim.episode import demonstration as demonstrations
+from dressing_sim.errors import DressingSimError
 from dressing_sim.learning import AugmentOptions
 from dressing_sim.policies.paper import AUGMENTED, AugmentedTPGMMConfig, left_open
 
@@ -216,6 +217,8 @@ def test_a_dask_cluster_gives_the_same_bytes(tmp_path, arguments):
         (["--policies", "nobody"], "unknown policy 'nobody'; valid is one of"),
         (["--policies", "json:JSONDecodeError"], "'json:JSONDecodeError'"),
         (["--seed", "-1"], "seed is -1"),
+        (["--films", "-1"], "films is -1, valid is a whole number, 0 to 100"),
+        (["--protocol", "paper-cost", "--films", "1"], "films is 1, valid is 0 with protocol"),
         (["--out", "text.txt"], "text.txt"),
         (["--out", "text.txt/out"], "text.txt"),
     ],
@@ -235,6 +238,20 @@ def test_bad_input_is_one_line_and_nothing_is_written(more, part, capsys, tmp_pa
     assert output.err.startswith("dressing-sim: ")
     assert output.err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["text.txt"]
+
+
+def test_films_without_opengl_are_one_line_before_anything_is_run(capsys, tmp_path, monkeypatch):
+    def none():
+        raise DressingSimError("no offscreen OpenGL works here: install EGL")
+
+    monkeypatch.setattr("dressing_sim.benchmark.studies.evaluate.gl_backend", none)
+    monkeypatch.setattr(study, "run_jobs", None)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main(["evaluate", "--films", "1"])
+    assert stopped.value.code == 2
+    assert capsys.readouterr().err == "dressing-sim: no offscreen OpenGL works here: install EGL\n"
+    assert not list(tmp_path.iterdir())
 
 
 def test_evaluate_writes_its_files_and_prints_the_summary(capsys, tmp_path, posture, monkeypatch):

@@ -51,9 +51,7 @@ def test_what_frames_saw_is_as_it_was_where_the_arm_is_the_demonstrated_one(show
     for view in found.views:
         np.testing.assert_allclose(view.experts[0], shown[0].positions, atol=1e-12)
         assert not np.allclose(view.experts[1], shown[1].positions, atol=1e-3)
-    np.testing.assert_array_equal(
-        found.path, policy.generate(arm.frames(), begin(arm)).positions
-    )
+    np.testing.assert_array_equal(found.path, policy.generate(arm.frames(), begin(arm)).positions)
     np.testing.assert_array_equal(found.joints, [arm.shoulder, arm.elbow, arm.wrist])
 
 
@@ -81,9 +79,7 @@ def test_without_demonstrations_the_model_is_explained_alone(shown):
 def test_what_surrounds_a_policy_does_not_hide_it(more, shown):
     found, policy = explained(f"tp-gmm?samples=60{more}", shown)
     assert [view.name for view in found.views] == ["shoulder", "wrist"]
-    np.testing.assert_array_equal(
-        found.path, policy.generate(ARM.frames(), begin(ARM)).positions
-    )
+    np.testing.assert_array_equal(found.path, policy.generate(ARM.frames(), begin(ARM)).positions)
 
 
 def test_transport_is_explained_by_its_own_answer(shown):

@@ -1,4 +1,4 @@
-"""A report as data: sections of paragraphs, tables, plots and pictures; writers make it readable.
+"""A report as data: sections of paragraphs, tables, plots, films; writers make it readable.
 
 Texts, in tables too, may hold `code` between backticks and **strong** words; all else is taken as
 it is, never as markup.
@@ -88,13 +88,32 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class Film:
+    """An MP4 file next to the report, ``{name}.mp4``, that browsers play.
+
+    Attributes:
+        name: Of its file, without the ending.
+        mp4: The file.
+        size: Width and height [pixels].
+        alt: What happens in it, in words.
+        caption: What it shows.
+    """
+
+    name: str
+    mp4: bytes
+    size: tuple[int, int]
+    alt: str
+    caption: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Cards:
     """Small sections of equal rank, side by side where there is room."""
 
     cards: tuple[Section, ...]
 
 
-Block: TypeAlias = Paragraph | Code | Items | Table | Plot | Picture | Cards
+Block: TypeAlias = Paragraph | Code | Items | Table | Plot | Picture | Film | Cards
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +144,18 @@ class Document:
     @property
     def plots(self) -> list[Plot]:
         """The plots that are files of their own."""
-        blocks = [*self.lead, *(block for section in self.sections for block in section.blocks)]
-        return [block for block in blocks if isinstance(block, Plot) and block.file]
+        return [block for block in self._blocks if isinstance(block, Plot) and block.file]
+
+    @property
+    def films(self) -> list[Film]:
+        """The films, in cards too."""
+        cards = [block for block in self._blocks if isinstance(block, Cards)]
+        inside = [block for found in cards for card in found.cards for block in card.blocks]
+        return [block for block in (*self._blocks, *inside) if isinstance(block, Film)]
+
+    @property
+    def _blocks(self) -> list[Block]:
+        return [*self.lead, *(block for section in self.sections for block in section.blocks)]
 
 
 def config_section(summary: Mapping[str, Any]) -> Section:

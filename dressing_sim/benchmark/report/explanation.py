@@ -367,5 +367,9 @@ def _line(label: str, colour: str, width: float) -> Line2D:
 
 def _legend(drawn: Figure, handles: Sequence[Line2D | Patch], columns: int) -> None:
     drawn.legend(
-        handles=handles, loc="outside lower left", ncols=columns, handlelength=2.2, columnspacing=1.4
+        handles=handles,
+        loc="outside lower left",
+        ncols=columns,
+        handlelength=2.2,
+        columnspacing=1.4,
     )

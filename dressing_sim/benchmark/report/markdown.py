@@ -10,6 +10,7 @@ from dressing_sim.benchmark.report.document import (
     Cards,
     Code,
     Document,
+    Film,
     Items,
     Paragraph,
     Picture,
@@ -75,6 +76,8 @@ def _block(block: Block, level: int) -> Iterator[str]:
         case Cards(cards):
             for card in cards:
                 yield from _section(card, level)
+        case Film(name, _, _, _, caption):
+            yield f"[Film]({name}.mp4): {_line(caption)}"
         case Picture():
             pass
 

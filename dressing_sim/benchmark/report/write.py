@@ -17,7 +17,7 @@ SUMMARY = "summary.json"
 
 
 def write_report(folder: Path, document: Document, summary: Mapping[str, Any]) -> None:
-    """Write plots, ``report.md``, ``report.html`` and ``summary.json``; each is whole or not there.
+    """Write plots, films, ``report.md``, ``report.html``, ``summary.json``: whole or not at all.
 
     Raises:
         InvalidInputError: A file cannot be written.
@@ -25,6 +25,7 @@ def write_report(folder: Path, document: Document, summary: Mapping[str, Any]) -
     files: dict[Path, str | bytes] = {
         folder / f"{plot.name}.svg": plot.svg for plot in document.plots
     }
+    files |= {folder / f"{film.name}.mp4": film.mp4 for film in document.films}
     files[folder / "report.md"] = markdown(document)
     files[folder / "report.html"] = html(document)
     # Last, as it tells that the run is finished.

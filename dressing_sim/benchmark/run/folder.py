@@ -37,6 +37,9 @@ _REPORTS = ("report.md", "report.html")
 #: What every run writes.
 RUN_FILES = (CONFIG, EPISODES, SUMMARY, *_REPORTS)
 
+#: Films of a report, by the name of the study and the episode's index.
+_OWN_FILM = re.compile(r"[a-z]+-episode\d+\.mp4")
+
 #: Names that `RunFolder.demonstration_file` gives; of all demonstrations a new run removes these.
 _OWN_DEMONSTRATION = re.compile(r"(set\d+-.*|own)-[0-9a-f]{8}\.h5")
 
@@ -89,7 +92,9 @@ def check_own(path: Path) -> None:
 
 def _is_own(name: str) -> bool:
     """Whether a run writes a file of this name."""
-    return name in RUN_FILES or name.endswith(".svg") or bool(_OWN_DEMONSTRATION.fullmatch(name))
+    films = _OWN_FILM.fullmatch(name)
+    own = films or _OWN_DEMONSTRATION.fullmatch(name)
+    return name in RUN_FILES or name.endswith(".svg") or bool(own)
 
 
 def remove_own_leftovers(path: Path) -> None:
@@ -163,10 +168,16 @@ def _text(config: Mapping[str, Any]) -> str:
 def _clear(path: Path, study: str, own: bool) -> None:
     """Remove an earlier run, its config first, which stays aside until the new one is there.
 
-    A plot's name begins with the study's; where the run was not `own`, it is only that.
+    A plot's name, and a film's, begins with the study's; where the run was not `own`, a plot's is
+    only that, and films are not known to be of one.
     """
     stale = [path / name for name in (SUMMARY, POLICY_LOG, *_REPORTS, f"{study}.svg")]
     stale += [plot for plot in path.glob("*.svg") if own and plot.name.startswith(study)]
+    stale += [
+        film
+        for film in path.glob(f"{study}-episode*.mp4")
+        if own and _OWN_FILM.fullmatch(film.name)
+    ]
     stale += [p for p in (path / DEMONSTRATIONS).glob("*") if _OWN_DEMONSTRATION.fullmatch(p.name)]
     for file in (path / CONFIG, path / EPISODES, *stale):
         if file.is_dir():

@@ -20,10 +20,12 @@ from dressing_sim.benchmark.studies import find_study
 from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.benchmark.studies.study import EpisodeStudy, Study, run_study
 from dressing_sim.benchmark.studies.success import Success
+from dressing_sim.benchmark.studies.success_films import MOST_FILMS
 from dressing_sim.checks import listed, of_kind, shown, truth_value, whole_number
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.variation import factor_names
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.pictures.rendering import gl_backend
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.suites.robots import with_robot
 from dressing_sim.suites.suites import suite_names
@@ -123,6 +125,7 @@ def evaluate(
     resume: bool = False,
     force: bool = False,
     pictures: bool = False,
+    films: int = 0,
     progress: Progress = silent,
 ) -> Evaluation:
     """Measure how often policies dress an arm in a posture that they did not learn from.
@@ -150,11 +153,12 @@ def evaluate(
         resume: Continue the run in the folder, if there is one.
         force: Begin anew whatever the folder holds; only files of a run's names are replaced.
         pictures: Draw the hardest postures in the report.
+        films: Film so many typical failures of each row in the report; needs OpenGL.
         progress: Told after each demonstration, policy and episode.
 
     Raises:
         InvalidInputError: An argument is not valid, or the protocol measures no episodes.
-        DressingSimError: A demonstration failed.
+        DressingSimError: A demonstration failed, or there is no OpenGL to film with.
     """
     check_may_start_processes()
     of_kind(out, (str, Path, NoneType), "out", "a folder or None")
@@ -174,7 +178,7 @@ def evaluate(
         person,
         robot,
     )
-    study = evaluation_study(plan, pictures)
+    study = evaluation_study(plan, pictures, films)
     if not isinstance(study, EpisodeStudy):
         raise InvalidInputError(f"protocol {protocol!r} dresses nobody; valid is one that does")
     count = processors() if workers is None else workers
@@ -273,10 +277,25 @@ def suites_in(demonstrations: str | Path | None) -> list[str]:
     return names
 
 
-def evaluation_study(plan: Plan, pictures: bool) -> Study[Any, Any]:
-    """The study of a plan; with pictures if it can draw them."""
+def evaluation_study(plan: Plan, pictures: bool, films: int = 0) -> Study[Any, Any]:
+    """The study of a plan; with pictures if it can draw them, and films if they are wanted.
+
+    Raises:
+        InvalidInputError: There are no episodes to film.
+        DressingSimError: There is no OpenGL to film with.
+    """
     study = find_study(plan.protocol.study)
-    return replace(study, pictures=pictures) if isinstance(study, Success) else study
+    whole_number(films, "films", 0, MOST_FILMS)
+    if films and not isinstance(study, Success):
+        raise InvalidInputError(
+            f"films is {films}, valid is 0 with protocol {plan.protocol.name!r}, which does not "
+            "tell how often an arm is dressed"
+        )
+    if films:
+        gl_backend()  # without OpenGL, say so before simulating
+    if isinstance(study, Success):
+        return replace(study, pictures=pictures, films=films)
+    return study
 
 
 def policy_name(policy: str | type[Policy]) -> str:

@@ -13,6 +13,7 @@ from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.benchmark.studies.pictures import failure_pictures
 from dressing_sim.benchmark.studies.study import EpisodeStudy
 from dressing_sim.benchmark.studies.success_document import success_document
+from dressing_sim.benchmark.studies.success_films import failure_films
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.config import to_plain
 from dressing_sim.policies.paper import plain_config
@@ -25,9 +26,11 @@ class Success(EpisodeStudy):
 
     Attributes:
         pictures: Whether the hardest postures are drawn, which runs their episodes again.
+        films: How many typical failures of each row are filmed, which runs their episodes again.
     """
 
     pictures: bool = False
+    films: int = 0
 
     def summarise(self, folder: RunFolder, results: Sequence[EpisodeResult]) -> dict[str, Any]:
         """Rates, comparisons, claims."""
@@ -48,7 +51,9 @@ class Success(EpisodeStudy):
         summary: Mapping[str, Any],
         command: str,
     ) -> Document:
-        """Tables, plots, and pictures if wanted."""
+        """Tables, plots, and pictures and films if wanted."""
         drawn = failure_pictures(self, folder, results) if self.pictures else None
-        protocol = folder.plan.protocol
-        return success_document(folder.path, protocol, results, summary, command, drawn)
+        protocol, films = folder.plan.protocol, None
+        if self.films:
+            films = failure_films(self, folder, protocol, results, self.films)
+        return success_document(folder.path, protocol, results, summary, command, drawn, films)

@@ -35,6 +35,7 @@ from dressing_sim.benchmark.studies.success_changes import (
     Change,
     side_by_side,
 )
+from dressing_sim.benchmark.studies.success_films import Films, films_section
 from dressing_sim.benchmark.studies.success_map import failure_map
 from dressing_sim.benchmark.studies.success_tables import Summary
 from dressing_sim.policies.registry import EXPERT
@@ -82,6 +83,7 @@ def success_document(
     summary: Summary,
     command: str,
     pictures: Pictures | None = None,
+    films: Films | None = None,
 ) -> Document:
     """The report; the same arguments make the same report.
 
@@ -92,6 +94,7 @@ def success_document(
         summary: As from `dressing_sim.benchmark.studies.success_summary.summarise`.
         command: What was typed to get it.
         pictures: Of the hardest postures.
+        films: Of typical failures, if they are wanted.
     """
     episodes = EpisodeTable.of(results)
     listed, cells = tables.listing(episodes)
@@ -105,6 +108,7 @@ def success_document(
         Section("The paper's claims", tuple(_claims(summary))),
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
+        films_section(folder, protocol, episodes, films),
         Section("Success against the bend of the elbow", (plots.elbow_plot(protocol, episodes),)),
         Section(
             "Where the arm was dressed, and where not",

@@ -1,7 +1,7 @@
 from fake_results import EXPERT, FULL, HIT, SMALL, STUCK, SUCCESS, VOID, random_results, results_of
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
-from dressing_sim.benchmark.analysis.failures import hardest, verdict
+from dressing_sim.benchmark.analysis.failures import hardest, typical, verdict
 from dressing_sim.benchmark.records import first_failure
 from dressing_sim.episode.outcome import Failure, Outcome
 
@@ -68,3 +68,23 @@ def test_of_a_hard_posture_a_policy_that_learned_is_looked_at_if_one_failed():
 def test_nothing_is_hard_where_all_is_dressed():
     results = results_of(SMALL, [[SUCCESS], [VOID], [SUCCESS]])
     assert hardest(EpisodeTable.of(results)) == []
+
+
+def reached(outcome, s):
+    return Outcome(False, outcome.failures, {"armscye_s": s})
+
+
+def test_typical_failures_are_the_medians_of_the_reasons_the_most_frequent_first():
+    strained = [reached(STUCK, s) for s in (1.4, 0.2, 1.0, 0.6, 0.9)]  # median at place 4
+    hits = [reached(HIT, s) for s in (0.5, 0.1)]  # of two the lesser
+    line = [SUCCESS, *hits, VOID, *strained]
+    row = EpisodeTable.of(results_of(SMALL, [line, [SUCCESS], [SUCCESS]])).of_entry(EXPERT)
+    assert [r.index for r in typical(row, 1)] == [8]
+    assert [r.index for r in typical(row, 3)] == [8, 2, 7]
+    assert [r.index for r in typical(row, 99)] == [8, 2, 7, 1, 6, 5, 4]
+    assert typical(row, 0) == []
+
+
+def test_a_row_without_failures_has_no_typical_one():
+    results = results_of(SMALL, [[SUCCESS, VOID]] * 3)
+    assert typical(EpisodeTable.of(results).of_entry(EXPERT), 5) == []

@@ -53,7 +53,8 @@ def test_the_suffix_says_the_format_and_the_same_numbers_make_the_same_file(tmp_
     assert "tp-gmm on bent40" in texts((tmp_path / "a.svg").read_text())
     picture = np.asarray(Image.open(BytesIO((tmp_path / "a.png").read_bytes())).convert("L"))
     assert picture.shape[1] == pytest.approx(plots.WIDTH * 250, abs=2)
-    assert picture.max() == 255 and picture.min() < 60
+    assert picture.max() == 255
+    assert picture.min() < 60
 
 
 def test_an_unknown_format_is_refused(tmp_path):

@@ -9,6 +9,7 @@ from dressing_sim.benchmark.report.document import (
     Cards,
     Code,
     Document,
+    Film,
     Items,
     Paragraph,
     Picture,
@@ -147,3 +148,22 @@ def test_the_style_and_the_template_are_in_the_package():
         "report.css",
         "report.html.jinja",
     ]
+
+
+def test_films_are_files_beside_the_page_with_controls_and_words():
+    film = Film("success-episode7", b"film", (480, 360), EVIL, "what it shows")
+    document = Document("a", "b", (), (Section("Films", (Cards((Section("c", (film,)),)),)),))
+    assert document.films == [film]
+    parsed = Parsed(html(document))
+    (video,) = parsed.all("video")
+    assert video["src"] == "success-episode7.mp4"
+    assert video["aria-label"] == EVIL
+    assert "controls" in video
+    assert "what it shows" in parsed.words("figcaption")
+    assert not parsed.all("script")
+    (policy,) = [e for e in parsed.all("meta") if "content-security-policy" in str(e).lower()]
+    assert "media-src 'self' file:;" in policy["content"]
+
+
+def test_a_page_without_films_says_nothing_of_them():
+    assert not re.search("video|media-src", html(everything()))

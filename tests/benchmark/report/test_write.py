@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dressing_sim.benchmark.report.document import Document, Paragraph, Plot, Section
+from dressing_sim.benchmark.report.document import Document, Film, Paragraph, Plot, Section
 from dressing_sim.benchmark.report.write import write_report
 from dressing_sim.errors import InvalidInputError
 
@@ -52,3 +52,10 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     with pytest.raises((OSError, InvalidInputError), match="disk full"):
         write_report(tmp_path, document("Another."), {})
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_films_are_written_beside_the_page(tmp_path):
+    film = Film("success-episode7", b"film", (480, 360), "words", "seen")
+    write_report(tmp_path, Document("t", "c", (film,)), SUMMARY)
+    assert (tmp_path / "success-episode7.mp4").read_bytes() == b"film"
+    assert "[Film](success-episode7.mp4): seen" in (tmp_path / "report.md").read_text()

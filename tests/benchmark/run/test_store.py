@@ -259,10 +259,11 @@ def test_a_run_of_another_study_is_not_replaced(plan, results, folder, resume):
 def test_a_new_run_removes_the_plots_of_its_study_and_no_other_pictures(plan, results, folder):
     fill(folder, plan, results)
     finish(folder)
-    for name in ("success-rates.svg", "mine.svg"):
+    for name in ("success-rates.svg", "mine.svg", "success-episode7.mp4", "success-mine.mp4"):
         (folder / name).write_text("<svg/>")
     fill(folder, plan, [])
     assert [path.name for path in folder.glob("*.svg")] == ["mine.svg"]
+    assert [path.name for path in folder.glob("*.mp4")] == ["success-mine.mp4"]
 
 
 def test_a_run_stays_locked_while_its_report_is_made(plan, folder):
