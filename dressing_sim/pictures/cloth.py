@@ -18,6 +18,9 @@ from dressing_sim.world.sleeve import SleeveMesh
 
 NAME = "drawn_sleeve"
 
+#: Geom group of the sleeve, which moves although it hangs on no joint.
+SLEEVE_GROUP = 4
+
 #: Thickness of the cloth and of its hems as drawn [m]; jersey has 1 mm, a hem two layers.
 _THICK, _HEM_THICK = 0.0020, 0.0036
 
@@ -122,7 +125,7 @@ class DrawnSleeve:
             contype=0,
             conaffinity=0,
             mass=0.0,
-            group=0,
+            group=SLEEVE_GROUP,
         )
 
     def shape(

@@ -10,6 +10,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
 from functools import cache
 from types import TracebackType
 from typing import Self
@@ -22,6 +24,7 @@ from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures.cameras import View
 from dressing_sim.pictures.canvas import Canvas
+from dressing_sim.pictures.cloth import SLEEVE_GROUP
 from dressing_sim.pictures.look import check_size
 from dressing_sim.pictures.overlays import Mark
 from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, drawing_spec
@@ -92,6 +95,29 @@ def gl_backend() -> str:
     raise DressingSimError(INSTALL_HINT)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layer:
+    """A part of what a camera sees: its picture (height, width, 3), and how near it is.
+
+    Nearness (height, width) falls with the distance, to 0 where there is nothing.
+    """
+
+    picture: NDArray[np.uint8]
+    nearness: NDArray[np.float32] | None
+
+    def before(self, other: _Layer) -> NDArray[np.uint8]:
+        """The picture of both, in which the nearer hides the other."""
+        assert self.nearness is not None
+        assert other.nearness is not None
+        mine = self.nearness > other.nearness
+        rows, columns = (np.flatnonzero(mine.any(axis=axis)) for axis in (1, 0))
+        picture = other.picture.copy()
+        if len(rows):
+            box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+            np.copyto(picture[box], self.picture[box], where=mine[box][..., None])
+        return picture
+
+
 class OffscreenRenderer:
     """Draws states of one scene; use it as a context manager, or close it.
 
@@ -134,11 +160,19 @@ class OffscreenRenderer:
         self._option = mujoco.MjvOption()
         self._option.geomgroup[VISUAL_GROUP] = 1
         self._option.geomgroup[COLLISION_GROUP] = 0
+        self._option.geomgroup[SLEEVE_GROUP] = 1
+        self._sleeve_alone, self._without_sleeve = mujoco.MjvOption(), copy(self._option)
+        self._sleeve_alone.geomgroup[:] = 0
+        self._sleeve_alone.geomgroup[SLEEVE_GROUP] = 1
+        self._without_sleeve.geomgroup[SLEEVE_GROUP] = 0
+        self._whole = fine
+        self._still: dict[str, _Layer] = {}
 
     def _upload(self) -> mujoco.MjrContext:
         """Hand meshes and textures to OpenGL."""
         context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
         self._canvas.keep(context)
+        context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
         return context
 
@@ -168,27 +202,50 @@ class OffscreenRenderer:
         self, qpos: NDArray[np.float64], camera: str | View, marks: Sequence[Mark]
     ) -> NDArray[np.uint8]:
         self._place(qpos)
+        # Smooth edges are of both layers at once, shadows fall from one on the other, and letters
+        # are in front of all.
+        if self._whole or isinstance(camera, View) or any(mark.label for mark in marks):
+            self._update(camera, mujoco.mjtCatBit.mjCAT_ALL, self._option)
+            return self._rendered(marks).picture
+        if camera not in self._still:
+            self._update(camera, mujoco.mjtCatBit.mjCAT_STATIC, self._without_sleeve)
+            self._still[camera] = self._rendered(depth=True)
+        self._update(camera, mujoco.mjtCatBit.mjCAT_DYNAMIC, self._option)
+        mujoco.mjv_addGeoms(
+            self._model,
+            self._data,
+            self._sleeve_alone,
+            mujoco.MjvPerturb(),
+            mujoco.mjtCatBit.mjCAT_STATIC,
+            self._scene,
+        )
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = False
+        moving = self._rendered(marks, depth=True)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = True
+        return moving.before(self._still[camera])
+
+    def _update(self, camera: str | View, kinds: int, option: mujoco.MjvOption) -> None:
+        """Fill the scene with geoms of these categories, as a camera sees them."""
         if isinstance(camera, View):
             view = camera.camera()
         else:
             view = mujoco.MjvCamera()
             view.type = mujoco.mjtCamera.mjCAMERA_FIXED
             view.fixedcamid = self._model.camera(camera).id
-        mujoco.mjv_updateScene(
-            self._model,
-            self._data,
-            self._option,
-            None,
-            view,
-            mujoco.mjtCatBit.mjCAT_ALL,
-            self._scene,
-        )
+        mujoco.mjv_updateScene(self._model, self._data, option, None, view, kinds, self._scene)
+
+    def _rendered(self, marks: Sequence[Mark] = (), depth: bool = False) -> _Layer:
+        """The scene as it is drawn."""
         for mark in marks:
             mark.add(self._scene)
         mujoco.mjr_render(self._rectangle, self._scene, self._context)
-        picture = np.empty((self._rectangle.height, self._rectangle.width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(picture, None, self._rectangle, self._context)
-        return np.ascontiguousarray(picture[::-1])
+        shape = self._rectangle.height, self._rectangle.width
+        picture = np.empty((*shape, 3), dtype=np.uint8)
+        nearness = np.empty(shape, dtype=np.float32) if depth else None
+        mujoco.mjr_readPixels(picture, nearness, self._rectangle, self._context)
+        # OpenGL's rows go up.
+        upright = None if nearness is None else nearness[::-1]
+        return _Layer(np.ascontiguousarray(picture[::-1]), upright)
 
     def _place(self, qpos: NDArray[np.float64]) -> None:
         """Put robot and sleeve where they are."""

@@ -4,6 +4,7 @@ import pytest
 from dressing_sim.episode.dressing import Dressing
 from dressing_sim.errors import DressingSimError
 from dressing_sim.pictures import CAMERAS, rendering
+from dressing_sim.pictures.overlays import Mark
 from dressing_sim.pictures.rendering import BACKENDS, INSTALL_HINT, OffscreenRenderer
 from dressing_sim.world.robot import PANDA
 from dressing_sim.world.scene import WorldConfig
@@ -53,6 +54,22 @@ def test_the_picture_follows_the_state_and_only_the_state(renderer, world):
     assert blue(before).any()
     assert not np.array_equal(blue(before), blue(after))
     np.testing.assert_array_equal(renderer.draw(world.data.qpos), before)
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_film_whose_camera_stands_still_has_the_same_pictures(world, posture):
+    """What does not move is drawn once, and what moves is put before it or behind it."""
+    config = WorldConfig()
+    line = Mark(posture.wrist, posture.shoulder + 0.1, 0.01, (0.9, 0.4, 0.1))
+    moved = world.data.qpos.copy()
+    moved[[world.model.joint(name).qposadr[0] for name in PANDA.joints]] += 0.1
+    states = [(world.data.qpos, []), (moved, [line]), (world.data.qpos, [])]
+    with OffscreenRenderer(posture, config, **SIZE, fine=False) as layered:
+        drawn = [layered.draw(state, "front", marks) for state, marks in states]
+        layered._whole = True
+        whole = [layered.draw(state, "front", marks) for state, marks in states]
+    np.testing.assert_array_equal(drawn, whole)
+    assert not np.array_equal(drawn[0], drawn[1])
 
 
 def test_drawing_does_not_change_the_physics(renderer, world, posture):
