@@ -42,6 +42,8 @@ _UPRIGHT = 0.01
 #: Around what is drawn [m].
 _MARGIN = 0.07
 
+_FROM = ("from the side", "from above")
+
 #: Height of the plot of standard deviations [inch].
 _BELOW = 0.85
 
@@ -49,7 +51,7 @@ _BELOW = 0.85
 _MOST_DISCARDED = 60
 
 _EXPERT, _SYNTHETIC, _ANSWER = "#0072b2", "#d55e00", "#009e73"
-_DISCARDED, _ARM = "#a3a29a", "#e3c9b6"
+_DISCARDED, _ARM = "#bab9b1", "#e3c9b6"
 _TUBE, _INNER = "#cfe9df", "#a6d8c6"
 
 
@@ -166,8 +168,9 @@ def _mixtures(drawn: Figure, explanation: MixtureExplanation) -> None:
     )
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title)
-    for row, side, corners in zip(grid, _sides(explanation.joints), limits, strict=True):
-        row[0].set_ylabel(side.labels[1])
+    sides = _sides(explanation.joints)
+    for row, side, corners, seen in zip(grid, sides, limits, _FROM, strict=True):
+        row[0].set_ylabel(f"{seen}:\n{side.labels[1]}")
         for axes, view in zip(row, explanation.views, strict=False):
             _arm(axes, side, explanation.joints)
             _seen(axes, side, view)
@@ -178,7 +181,7 @@ def _mixtures(drawn: Figure, explanation: MixtureExplanation) -> None:
             _frame(axes, corners)
     for axes in grid[1]:
         axes.set_xlabel(_sides(explanation.joints)[0].labels[0])
-    _name_joints(grid[0, 0], _sides(explanation.joints)[0], explanation.joints)
+    _name_joints(grid[0, -1], _sides(explanation.joints)[0], explanation.joints)
     _legend(drawn, _mixture_handles(explanation), 4)
 
 
@@ -269,7 +272,7 @@ def _transport(drawn: Figure, explanation: TransportExplanation) -> None:
     grid = drawn.add_gridspec(2, 2, height_ratios=[height - _BELOW - 1.55, _BELOW])
     panels: Sequence[Axes] = [drawn.add_subplot(grid[0, place]) for place in range(2)]
     for axes, side, corners, title in zip(
-        panels, _sides(explanation.joints), limits, ("from the side", "from above"), strict=True
+        panels, _sides(explanation.joints), limits, _FROM, strict=True
     ):
         axes.set(title=title, xlabel=side.labels[0], ylabel=side.labels[1])
         _arm(axes, side, explanation.joints)
