@@ -91,9 +91,11 @@ def write_explanation(path: str | Path, explanation: Explanation, title: str) ->
         InvalidInputError: Another format, or the file cannot be written.
     """
     check_picture(path)
-    draw = _mixtures if isinstance(explanation, MixtureExplanation) else _transport
     with plots.figure(*_size(explanation)) as drawn:
-        draw(drawn, explanation)  # type: ignore[operator]
+        if isinstance(explanation, MixtureExplanation):
+            _mixtures(drawn, explanation)
+        else:
+            _transport(drawn, explanation)
         drawn.suptitle(title, x=0.01, ha="left", fontsize=8.5)
         if Path(path).suffix.lower() == ".svg":
             content = plots.svg_of(drawn).encode()
