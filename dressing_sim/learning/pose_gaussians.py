@@ -102,6 +102,13 @@ class PoseGaussians:
         means = np.concatenate([positions, turned], axis=-1)
         return PoseGaussians(means, carried(lifted, self.covariances))
 
+    def uncoupled(self) -> PoseGaussians:
+        """The same without covariances between Euclidean coordinates and the rotation."""
+        covariances = self.covariances.copy()
+        covariances[..., :-3, -3:] = 0.0
+        covariances[..., -3:, :-3] = 0.0
+        return PoseGaussians(self.means, covariances)
+
     def product(self) -> PoseGaussians:
         """The product over the first axis, see the module."""
         means, covariances = self.means, self.covariances

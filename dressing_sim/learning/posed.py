@@ -10,7 +10,15 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dressing_sim.checks import LARGEST, of_kind, real_array, real_number, shown, whole_number
+from dressing_sim.checks import (
+    LARGEST,
+    of_kind,
+    real_array,
+    real_number,
+    shown,
+    truth_value,
+    whole_number,
+)
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import quaternions
 from dressing_sim.learning.demonstrations import (
@@ -75,6 +83,9 @@ class TimePoseTPGMM:
         floor: Added to the variances of phase and position, as a fraction of the data's in the
             frame at hand, so that the unit of length does not matter.
         angle_floor: Added to the variances of the orientation [rad^2].
+        coupled: Whether what a frame says of the position has a say in the orientation, and the
+            other way round, when the frames' Gaussians are multiplied. Covariances between the two
+            are the source's; from few demonstrations they are chance.
         samples: N, of a path, and of each demonstration once resampled.
         options: When expectation-maximisation stops.
 
@@ -87,8 +98,8 @@ class TimePoseTPGMM:
         InvalidInputError: A setting out of range.
 
     Source: Zeestraten et al. (2017), doi:10.1109/LRA.2017.2657001, whose frames act on poses from
-    the left as here. Phase instead of time, the floors and the blend from a given start are
-    choices of this library.
+    the left as here. Phase instead of time, the floors, ``coupled=False`` and the blend from a
+    given start are choices of this library.
     """
 
     def __init__(
@@ -97,12 +108,15 @@ class TimePoseTPGMM:
         *,
         floor: float = 1e-3,
         angle_floor: float = 1e-4,
+        coupled: bool = False,
         samples: int = 100,
         options: EMOptions | None = None,
     ) -> None:
         self.n_components = whole_number(n_components, "n_components", 1, 1000)
         self.floor = real_number(floor, "floor", 0.0, LARGEST, above=True)
         self.angle_floor = real_number(angle_floor, "angle_floor", 0.0, LARGEST, above=True)
+        truth_value(coupled, "coupled")
+        self.coupled = coupled
         self.samples = whole_number(samples, "samples", 3, 100_000)
         of_kind(options, (EMOptions, NoneType), "options", "EMOptions or None")
         self.options = options
@@ -171,7 +185,8 @@ class TimePoseTPGMM:
                 f"the situation has {len(asked)} frames, valid is as many as learned from: "
                 f"{self.mixture.means.shape[1]}"
             )
-        return self.mixture.over_time(self._phase).in_world(asked).product()
+        seen = self.mixture.over_time(self._phase)
+        return (seen if self.coupled else seen.uncoupled()).in_world(asked).product()
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike | None = None) -> PosePath:
         """The path for a situation.
