@@ -25,6 +25,10 @@ from dressing_sim.path import Path
 
 Vector = NDArray[np.float64]
 
+#: Time between two commands that a disturbance reaches [s]; a choice of this package: people
+#: correct what they see a few times a second.
+COMMAND_PERIOD = 0.2
+
 
 @dataclass(frozen=True, slots=True)
 class OperatorConfig:
@@ -70,15 +74,21 @@ class OperatorConfig:
     """Amplitude of slow drift, below 1 Hz [m]."""
     tremor: float = 0.0003
     """Amplitude of physiological tremor, 6 to 10 Hz [m]."""
+    disturbance: float = 0.0
+    """How far noise in the commands leads the gripper off the way that the operator means it to go:
+    standard deviation in the long run, each coordinate [m]. The operator sees it and corrects."""
+    correction: float = 0.5
+    """Time constant of the operator's correction of a disturbance [s]."""
 
     def __post_init__(self) -> None:
         names = [field.name for field in fields(self)]
-        varied = [name for name in names if name.endswith("variation")] + ["sway", "tremor"]
-        check_numbers(self, "operator", ("dt", "speed"), varied)
+        varied = [name for name in names if name.endswith("variation")]
+        varied += ["sway", "tremor", "disturbance"]
+        check_numbers(self, "operator", ("dt", "speed", "correction"), varied)
         for name in names:
             # Metres or less: nothing that a person does is larger. A step or a speed near zero
             # would make a path of more points than memory has room for.
-            low = 1e-3 if name in ("dt", "speed") else -10.0
+            low = 1e-3 if name in ("dt", "speed", "correction") else -10.0
             real_number(getattr(self, name), f"operator: {name}", low, 10.0)
 
 
@@ -136,7 +146,9 @@ class Operator:
         duration = distance[-1] / speed
         time = np.append(np.arange(0.0, duration, config.dt), duration)
         path = PchipInterpolator(distance, points)(distance[-1] * _minimum_jerk(time / duration))
-        return path + self._shake(time, rng)
+        path = path + self._shake(time, rng)
+        # Drawn last, and only if wanted: the way that is meant is the same with and without.
+        return path + self._astray(time, rng) if config.disturbance > 0.0 else path
 
     def _waypoints(self, posture: Posture, raised: float) -> NDArray[np.float64]:
         """Waypoints (5, 3) after the start [m]."""
@@ -194,6 +206,23 @@ class Operator:
         # Fade in and out over half a second: nobody trembles before moving.
         ramp = np.clip(np.minimum(time, time[-1] - time) / 0.5, 0.0, 1.0)
         return shake * ramp[:, None]
+
+    def _astray(self, time: Vector, rng: np.random.Generator) -> NDArray[np.float64]:
+        """What noise in the commands does to a path, shape (n, 3) [m]; nothing at the start.
+
+        A command is where the gripper should be next. Each gets noise, and leads back a part of
+        what earlier noise has done: ``e' = a e + sqrt(1 - a^2) s n``, ``a = exp(-period /
+        correction)``, s the disturbance and n normal. Noise in the supervisor's commands is DART's
+        (Laskey et al. 2017, "DART: noise injection for robust imitation learning", CoRL).
+        """
+        config = self.config
+        kept = np.exp(-COMMAND_PERIOD / config.correction)
+        times = np.arange(0.0, time[-1] + COMMAND_PERIOD, COMMAND_PERIOD)
+        noise = rng.normal(0.0, config.disturbance * np.sqrt(1.0 - kept**2), (len(times), 3))
+        error = np.zeros((len(times), 3))
+        for step in range(1, len(times)):
+            error[step] = kept * error[step - 1] + noise[step]
+        return np.column_stack([np.interp(time, times, column) for column in error.T])
 
 
 def _minimum_jerk(x: Vector) -> Vector:

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from dressing_sim.arm import Posture
-from dressing_sim.episode.operator import Operator, OperatorConfig
+from dressing_sim.episode.operator import COMMAND_PERIOD, Operator, OperatorConfig
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import Policy
 from dressing_sim.path import policy_path
+from dressing_sim.policies.registry import make_policy
 from dressing_sim.suites.suites import load_suite, suite_names
 from dressing_sim.world.scene import WorldConfig, grip_start
 
@@ -146,3 +148,32 @@ def test_an_episode_s_seed_is_its_own():
     asked = policy_path(Operator(), BENT, start, 3, 0.05, 30.0)
     np.testing.assert_array_equal(asked.positions, path(BENT, 3))
     assert asked.dt == OperatorConfig().dt
+
+
+def test_a_disturbance_leaves_the_way_that_is_meant_as_it_is():
+    """Noise in the commands is drawn last: what is added does not depend on the posture."""
+    errors = []
+    for posture in (BENT, POSTURES[0]):
+        clean, led = path(posture, 5), path(posture, 5, OperatorConfig(disturbance=0.01))
+        assert clean.shape == led.shape
+        np.testing.assert_array_equal(led[0], clean[0])
+        errors.append(led - clean)
+    n = min(map(len, errors)) - 20
+    np.testing.assert_allclose(errors[0][:n], errors[1][:n], atol=1e-12)
+
+
+@pytest.mark.parametrize("correction", [0.2, 1.0])
+def test_a_disturbance_is_as_large_as_it_says_and_is_corrected_in_time(correction):
+    config = OperatorConfig(speed=0.001, disturbance=0.01, correction=correction)
+    error = path(BENT, 0, config) - path(BENT, 0, replace(config, disturbance=0.0))
+    at_commands = error[:: round(COMMAND_PERIOD / config.dt)][50:]
+    assert at_commands.std() == pytest.approx(0.01, rel=0.1)
+    kept = np.mean(at_commands[1:] * at_commands[:-1]) / at_commands.var()
+    assert kept == pytest.approx(np.exp(-COMMAND_PERIOD / correction), abs=0.06)
+
+
+def test_a_disturbed_operator_can_be_asked_for_by_name():
+    teacher = make_policy("expert?disturbance=0.008&correction=0.3")
+    assert (teacher.config.disturbance, teacher.config.correction) == (0.008, 0.3)
+    with pytest.raises(InvalidInputError, match="disturbance is -1"):
+        make_policy("expert?disturbance=-1")

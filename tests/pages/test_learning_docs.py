@@ -13,11 +13,12 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 def test_the_examples_run():
     blocks = re.findall(r"```python\n(.*?)```", (DOCS / "learning.md").read_text(), re.DOTALL)
-    assert [len(code.splitlines()) <= 16 for code in blocks] == [True, True]
-    code = "\n".join(blocks)  # the second goes on with the first one's demonstrations
+    assert [len(code.splitlines()) <= 16 for code in blocks] == [True, True, True]
+    code = "\n".join(blocks)  # they go on with the first one's demonstrations
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     assert "candidates" in run.stdout
+    assert "poses (100, 3) (100, 4)" in run.stdout
     assert "demonstration 1 was cut short" in run.stdout
 
 
