@@ -13,7 +13,7 @@ from dressing_sim.path import Path
 from dressing_sim.viewer.choices import Choices
 from dressing_sim.world.scene import grip_start
 
-#: Who points to within this of the line means the line [m].
+#: Who points to within this of the line means the line, and of its end the end [m].
 _NEAR = 0.05
 
 #: Nobody jumps further along the line at once [m]: where it crosses itself on the screen, the part
@@ -57,7 +57,8 @@ class Guide:
             at: The point of the line where the gripper is: the point that is meant is near it.
 
         Returns:
-            The point that is nearest to the ray, or None if that passes the line by.
+            The point that is nearest to the ray, or None if that passes the line by. Near the
+            line's end it is its last.
         """
         points = self.path.positions
         along = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
@@ -66,7 +67,9 @@ class Guide:
         beside = np.linalg.norm(offset - (offset @ ray)[:, None] * ray, axis=1)
         beside[np.abs(along - along[at]) > _FURTHEST] = np.inf
         found = int(beside.argmin())
-        return found if beside[found] < _NEAR else None
+        if beside[found] >= _NEAR:
+            return None
+        return len(points) - 1 if along[-1] - along[found] < _NEAR else found
 
     def way(
         self, begin: NDArray[np.float64], at: int, to: int, dt: float, speed: float

@@ -43,7 +43,7 @@ def _leading(session: Session) -> str:
         return "drag the orange ball to the shoulder, then press **Done**."
     if session.arrived:
         return "you are at the shoulder. Press **Done**."
-    if session.running and not live.waits and live.n_steps:
+    if live.n_steps:
         return f"go on along the green line: {100 * left:.0f} cm are left."
     return (
         f"drag the orange ball along the green line, {100 * left:.0f} cm round the elbow to the "
@@ -134,8 +134,10 @@ def _chosen(session: Session) -> str:
     """Which policy would dress, and what it learned from."""
     choices = session.choices
     if session.trained:
+        number = len(session.lessons.takes)
+        takes = "your take" if number == 1 else f"your {number} takes"
         return (
-            f"**{choices.policy_name}** has learned from your {len(session.lessons.takes)} takes. "
+            f"**{choices.policy_name}** has learned from {takes}. "
             "The orange line is where it would lead the gripper."
         )
     return (
