@@ -5,6 +5,7 @@ from __future__ import annotations
 from dressing_sim.benchmark.records import first_failure
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.episode.trace import region
 from dressing_sim.viewer.leaders import ByHand
 from dressing_sim.viewer.past import title_of
 from dressing_sim.viewer.session import Session
@@ -21,6 +22,8 @@ def next_step(session: Session) -> str:
             return _leading(session)
         if live.outcome is not None:
             return _after(session, live.outcome, takes)
+    if session.past is not None and not session.trained:
+        return "open **Run**, click a ball in the scene (or choose a posture), press **Replay**."
     if session.trained:
         arm = session.choices.posture
         if any(arm == take.posture for take in session.lessons.takes):
@@ -126,8 +129,12 @@ def _now(session: Session) -> str:
         return verdict(live.outcome, live.dressing.config.thresholds, against)
     if session.by_hand and session.at is None:
         return f"**The gripper is yours**, {live.time:.1f} s so far."
-    at = live.time if session.at is None else session.at * live.dressing.config.tracking.dt
-    return f"**{at:.2f} s** {'' if session.running else '(time stands still)'}"
+    moment = session.moment()
+    if moment is None:
+        return ""
+    still = "" if session.running else " (time stands still)"
+    where = region(moment.row.armscye_s)
+    return f"**{moment.row.time:.2f} s**{still}: the sleeve's wide end is at the {where}."
 
 
 def _chosen(session: Session) -> str:
