@@ -81,7 +81,7 @@ def pixel(tab, page, place):
     return np.array([left + width / 2.0 + x, top + height / 2.0 - y])
 
 
-def drag_through(tab, page, places, held, ready="true"):
+def drag_through(tab, page, places, held):
     """Drag a handle with the mouse from the first place in the scene (n, 3) [m] through the others.
 
     A press that comes before the browser has found out what is below the mouse turns the camera
@@ -92,7 +92,6 @@ def drag_through(tab, page, places, held, ready="true"):
         start = pixel(tab, page, places[0])
         tab.mouse("Moved", start - 3.0)
         tab.mouse("Moved", start)
-        tab.wait(ready, LONG)
         tab.mouse("Pressed", start, button="left", clickCount=1)
         towards = pixel(tab, page, places[1]) - start
         begun = start + 8.0 * towards / np.linalg.norm(towards)
@@ -131,13 +130,7 @@ def test_somebody_teaches_it_trains_and_it_dresses_another_arm(tab, page):
     page.wait_until_drawn(LONG)
     grip = [0.02, 0.0, -0.02]  # beside the arrows
     before = hand.target
-    drag_through(
-        tab,
-        page,
-        guide[:120:30] + grip,
-        lambda: hand.target is not before,
-        "document.querySelector('canvas').style.cursor === 'pointer'",
-    )
+    drag_through(tab, page, guide[:120:30] + grip, lambda: hand.target is not before)
     assert session.wait(lambda: live.waits and live.n_steps > 0, LONG)
     beside = np.linalg.norm(guide - live.dressing.target, axis=1)
     assert beside.min() < 0.005  # along the line, however the mouse trembles
