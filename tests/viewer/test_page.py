@@ -128,7 +128,7 @@ def test_somebody_teaches_it_trains_and_it_dresses_another_arm(tab, page):
     tab.says("drag the orange ball", LONG)
     live, hand, guide = session.live, session.hand, session.guide.path.positions
     page.wait_until_drawn(LONG)
-    grip = [0.02, 0.0, -0.02]  # beside the arrows
+    grip = [-0.025, 0.0, 0.0]  # on the screen right of the middle, where no arrow is
     before = hand.target
     drag_through(tab, page, guide[:120:30] + grip, lambda: hand.target is not before)
     assert session.wait(lambda: live.waits and live.n_steps > 0, LONG)
