@@ -121,21 +121,23 @@ class Tab:
         for _ in range(number):
             self.call("Runtime.evaluate", expression=script, awaitPromise=True)
 
+    def mouse(self, kind, place, **more):
+        """A mouse event, ``Moved``, ``Pressed`` or ``Released``, at a point [pixels]."""
+        at = {"x": float(place[0]), "y": float(place[1])}
+        self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **at, **more)
+        self.frames()  # what is below the mouse is found out when the scene is drawn
+
     def drag(self, start, end, pixels=12.0):
         """Drag the mouse from one point to another [pixels], some at a time."""
         (x, y), (to_x, to_y) = start, end
         steps = max(1, round(hypot(to_x - x, to_y - y) / pixels))
-
-        def mouse(kind, share, **more):
-            place = {"x": x + share * (to_x - x), "y": y + share * (to_y - y)}
-            self.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **place, **more)
-            self.frames()  # what is below the mouse is found out when the scene is drawn
-
-        mouse("Moved", 0.0)
-        mouse("Pressed", 0.0, button="left", clickCount=1)
+        self.mouse("Moved", start)
+        self.mouse("Pressed", start, button="left", clickCount=1)
         for step in range(1, steps + 1):
-            mouse("Moved", step / steps, button="left", buttons=1)
-        mouse("Released", 1.0, button="left", clickCount=1)
+            share = step / steps
+            place = x + share * (to_x - x), y + share * (to_y - y)
+            self.mouse("Moved", place, button="left", buttons=1)
+        self.mouse("Released", end, button="left", clickCount=1)
 
     def settle(self, patience=3.0):
         """Wait until two pictures, some seconds apart, are the same."""

@@ -15,8 +15,7 @@ import numpy as np
 from dressing_sim.checks import whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.extras import needed
-from dressing_sim.viewer.live import ByHand
-from dressing_sim.viewer.panels import ArmPanel, Plots, TimePanel
+from dressing_sim.viewer.panels import ArmPanel, Plots, TimePanel, when_pressed
 from dressing_sim.viewer.run_panel import RunPanel
 from dressing_sim.viewer.session import Session
 from dressing_sim.viewer.shapes import Robot
@@ -90,6 +89,8 @@ class Page:
         gui.main_panel.dock_right()
         self._stage = Stage(self._server)
         self._said = gui.add_markdown("")
+        self._wrong = gui.add_button("See where it went wrong", color="orange", visible=False)
+        when_pressed(self._wrong, session.look_at_failure)
         self._tabs = gui.add_tab_group()
         with self._tabs.add_tab("Dress"):
             self._time = TimePanel(gui, session)
@@ -108,7 +109,7 @@ class Page:
         beside.set_width(300)
         for joint in ("elbow", "wrist"):
             self._follow_joint(joint)
-        self._stage.gripper.on_update(lambda event: session.lead(np.array(event.target.position)))
+        self._follow_gripper()
         self._closed, self._robot_there = threading.Event(), threading.Event()
         self._painted, self._seen = threading.Condition(), -1
         self._plotted = 0.0
@@ -148,14 +149,39 @@ class Page:
             place = np.array(handle.position)
             self.session.choose_by(lambda choices: choices.dragged(joint, place))
 
-        # What is awaited comes in order; the arm follows in a thread of its own.
+        self._hold(handle, joint)
+        handle.on_update(moved)
+
+    def _hold(self, handle: viser.TransformControlsHandle, name: str) -> None:
+        """Remember which handle somebody has in the hand."""
+
+        # What is awaited comes in order; what follows the handle has a thread of its own.
         async def held(event: viser.TransformControlsEvent) -> None:
             if event.phase != "update":
-                self._stage.hold(joint if event.phase == "start" else None)
+                self._stage.hold(name if event.phase == "start" else None)
                 self.session.tell()
 
         handle.on_update(held)
-        handle.on_update(moved)
+
+    def _follow_gripper(self) -> None:
+        """Somebody leads the gripper by its arrows, or by the ball round it."""
+        session, arrows, ball = self.session, self._stage.gripper, self._stage.ball
+        grip = np.zeros(3)  # where the ball is gripped, from its centre
+
+        async def moved(event: viser.TransformControlsEvent) -> None:
+            if event.phase == "update":
+                session.lead(np.array(arrows.position))
+
+        async def dragged(event: viser.SceneNodeDragEvent[Any]) -> None:
+            if event.phase == "start":
+                grip[:] = np.array(event.start_position) - np.array(ball.position)
+            eye = np.array(event.client.camera.position)
+            session.point(eye, np.array(event.end_position) - grip)
+            session.tell()
+
+        self._hold(arrows, "gripper")
+        arrows.on_update(moved)
+        ball.on_drag(dragged)
 
     def wait_for_robot(self, timeout: float) -> bool:
         """Wait until the robot's skin is there, which takes some seconds; whether it is."""
@@ -194,15 +220,17 @@ class Page:
             stage.draw_arm(live.dressing.posture)
             stage.draw_moment(live, moment, moments[: at + 1])
             stage.draw_other(session.beside, at)
-            leading = session.by_hand and session.at is None
-            hand = live.leader if leading and isinstance(live.leader, ByHand) else None
-            stage.draw_handles(bend=False, leader=hand)
-            stage.draw_guide(session.guide if leading else None)
+            hand = session.hand if session.at is None else None
+            guide = None if hand is None else session.guide
+            stage.draw_handles(bend=False, leader=hand, fresh=live.n_steps == 0)
+            stage.draw_guide(None if guide is None else guide.path)
+            stage.draw_failure(live)
         elif session.preview is not None:
             stage.draw_arm(session.preview.posture)
             stage.draw_preview(session.preview)
             stage.draw_other(None, 0)
             stage.draw_guide(None)
+            stage.draw_failure(None)
             stage.draw_handles(bend=True, leader=None)
             if session.rest is not None:
                 stage.draw_robot(session.rest)
@@ -210,6 +238,7 @@ class Page:
     def _tell(self) -> None:
         session = self.session
         self._said.content = state(session)
+        self._wrong.visible = session.failed_at is not None and session.at is None
         self._arm.show()
         self._time.show()
         self._teach.show()

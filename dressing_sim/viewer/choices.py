@@ -15,7 +15,7 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.policies.expert import EXPERT
 from dressing_sim.policies.paper import AUGMENTED
 from dressing_sim.policies.registry import DEFAULT, built_in
-from dressing_sim.suites.suites import find_posture
+from dressing_sim.suites.suites import find_posture, load_suite
 from dressing_sim.suites.wardrobe import world_with
 from dressing_sim.world.garment import GARMENTS
 
@@ -31,6 +31,9 @@ AUGMENTATIONS: Mapping[str, str] = {
 #: Suites that policies can learn from, and the user's own takes.
 TAKES = "my takes"
 SUITES = ("case_a", "case_b", "baseline7")
+
+#: Arms to teach and to try, in this order: two that differ, then others.
+TAUGHT = (*load_suite("case_a"), *load_suite("paper5"))
 
 #: Friction that can be chosen: of silk, to more than sweaty skin.
 FRICTION = (0.05, 1.5)

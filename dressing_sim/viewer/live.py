@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
-from dressing_sim.control import JointTrajectory
 from dressing_sim.control.retiming import retime, smooth
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.dressing import Dressing
@@ -22,9 +20,10 @@ from dressing_sim.episode.meter import Row
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.episode.recording import Recording
-from dressing_sim.episode.rollout import begin, plan, recorded, with_hold
+from dressing_sim.episode.rollout import begin, plan
 from dressing_sim.learning import Policy
 from dressing_sim.path import Path, policy_path
+from dressing_sim.viewer.leaders import AlongTargets, AlongTrajectory, ByHand, Leader, Order
 
 #: Control steps between two snapshots.
 _BETWEEN = 25
@@ -41,108 +40,6 @@ class Moment:
 
     row: Row
     cloth: NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Order:
-    """What the robot was told in one control step, to be told again.
-
-    Attributes:
-        target: Gripper (3,) [m]; None to hold.
-        command: Joint positions (7,) that are played as they are [rad], or None.
-    """
-
-    target: NDArray[np.float64] | None
-    command: NDArray[np.float64] | None = None
-
-    def carry_out(self, dressing: Dressing) -> Row:
-        """Step once."""
-        if self.command is not None:
-            return dressing.step_joints(self.command, self.target)
-        return dressing.hold() if self.target is None else dressing.step(self.target)
-
-
-class Leader(Protocol):
-    """Who leads the gripper."""
-
-    def order(self, step: int) -> Order | None:
-        """What to do in a step, counted from 0; None at the end."""
-
-    def outcome(self, live: Live) -> Outcome:
-        """The verdict, once there is nothing more to do."""
-
-
-class AlongTrajectory:
-    """Plays a planned trajectory: to the bit what `dressing_sim.episode.rollout.play` does."""
-
-    def __init__(self, dressing: Dressing, trajectory: JointTrajectory) -> None:
-        self._trajectory = trajectory
-        self.commands, self.targets, self._time_left = with_hold(dressing, trajectory)
-
-    def order(self, step: int) -> Order | None:
-        """The next command."""
-        after = step + 1
-        if after >= len(self.commands):
-            return None
-        return Order(self.targets[after], self.commands[after])
-
-    def outcome(self, live: Live) -> Outcome:
-        """As of an episode that was played in one go."""
-        places = [live.dressing.start, *(moment.row.tcp for moment in live.moments[1:])]
-        return recorded(live.dressing, self._trajectory, places, self._time_left).outcome
-
-
-class AlongTargets:
-    """Leads through targets from a moment on, then holds."""
-
-    def __init__(self, targets: NDArray[np.float64], first: int, n_hold: int) -> None:
-        self._targets, self._first, self._n_hold = targets, first, n_hold
-
-    def order(self, step: int) -> Order | None:
-        """The next target; none while it holds."""
-        at = step - self._first
-        if at >= len(self._targets) + self._n_hold:
-            return None
-        return Order(self._targets[at] if at < len(self._targets) else None)
-
-    def outcome(self, live: Live) -> Outcome:
-        """The verdict on all that happened."""
-        return live.dressing.outcome(live.finished)
-
-
-class ByHand:
-    """Follows whoever drags the gripper. Time stands still while it is where it should be.
-
-    Attributes:
-        target: Where the gripper should go, (3,) [m].
-        n_hold: Steps that are left to hold; None before `let_go`.
-    """
-
-    #: Nearer than this the gripper is where it should be [m].
-    NEAR = 5e-4
-
-    def __init__(self, target: NDArray[np.float64]) -> None:
-        self.target = target
-        self._hold_until: int | None = None
-
-    def waits(self, dressing: Dressing) -> bool:
-        """Whether there is nothing to do until the target moves on."""
-        there = float(np.linalg.norm(self.target - dressing.target)) < self.NEAR
-        return there and self._hold_until is None
-
-    def let_go(self, step: int, n_hold: int) -> None:
-        """Hold for so many steps from a step on; then it is over."""
-        self._hold_until = step + n_hold
-
-    def order(self, step: int) -> Order | None:
-        """Towards the target."""
-        if self._hold_until is None:
-            return Order(self.target.copy())
-        return Order(None) if step < self._hold_until else None
-
-    def outcome(self, live: Live) -> Outcome:
-        """The verdict on all that happened."""
-        return live.dressing.outcome(live.finished)
 
 
 class Live:

@@ -8,7 +8,7 @@ from dressing_sim.benchmark.records import EpisodeResult, first_failure
 from dressing_sim.benchmark.run.lines import parse_episode
 from dressing_sim.benchmark.run.runner import Work, learned_source
 from dressing_sim.benchmark.run.store import load_run
-from dressing_sim.episode.outcome import Outcome
+from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.rules import RULES
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.viewer.live import Live
@@ -16,8 +16,14 @@ from dressing_sim.viewer.live import Live
 #: Colours of an arm that is dressed, and of an episode that says nothing.
 DRESSED, INVALID = "#009e73", "#b0b0b0"
 
-#: Of each rule's failures.
+#: Of each rule's failures: their colour, and how they are told.
 _COLOURS = {rule.name: rule.colour for rule in RULES}
+_TITLES = {rule.name: rule.title for rule in RULES}
+
+
+def title_of(failure: Failure) -> str:
+    """A failure in a few words."""
+    return _TITLES.get(failure.reason, failure.reason.replace("_", " "))
 
 
 def colour_of(outcome: Outcome) -> str:
@@ -38,7 +44,7 @@ def verdict_of(outcome: Outcome) -> str:
     failure = first_failure(outcome)
     if outcome.invalid is not None or failure is None:
         return f"invalid ({outcome.invalid})"
-    return failure.reason.replace("_", " ")
+    return title_of(failure)
 
 
 class Past:

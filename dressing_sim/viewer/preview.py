@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.control import RobotKinematics, configuration_at
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.errors import DressingSimError
 from dressing_sim.learning import Policy
@@ -66,9 +65,3 @@ def preview(choices: Choices, policy: Policy | None) -> Preview:
 def resting(shown: Preview, kinematics: RobotKinematics) -> NDArray[np.float64]:
     """Joint positions (7,) with which the robot holds the sleeve [rad]; it takes a moment."""
     return configuration_at(shown.start, kinematics, shown.choices.config().tracking)[0]
-
-
-def guide(choices: Choices) -> Path:
-    """Where a person who sees the whole arm would lead the gripper: a help for who teaches."""
-    start = grip_start(choices.posture, choices.config().world.sleeve)
-    return Operator().generate(choices.posture, start)

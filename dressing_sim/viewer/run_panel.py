@@ -40,10 +40,10 @@ class RunPanel:
         gui = server.gui
         self._scene, self._session, self._past = server.scene, session, past
         gui.add_markdown(
-            f"The run **{past.name}**. Each ball in the scene is a posture, at its wrist. Click "
-            "one, or choose it here."
+            f"The run **{past.name}**. Each ball in the scene is a posture, at its wrist, in the "
+            "colour of its verdict. Click one, or choose it below."
         )
-        self._row = gui.add_dropdown("Row", past.rows, initial_value=past.rows[0])
+        self._row = gui.add_dropdown("Policy", past.rows, initial_value=past.rows[0])
         self._map = gui.add_html("")
         self._posture = gui.add_dropdown("Posture", self._names(), initial_value=self._names()[0])
         self._said = gui.add_markdown("")
@@ -104,7 +104,7 @@ class RunPanel:
                 one for one in self._past.episodes(row) if one.posture.name == self._posture.value
             ]
             lines += [f"| {row} | {verdict_of(one.outcome)} |" for one in found]
-        self._said.content = "\n".join(["| row | recorded |", "|-|-|", *lines])
+        self._said.content = "\n".join(["| policy | recorded |", "|-|-|", *lines])
 
     def _replay(self) -> None:
         other = self._other.value

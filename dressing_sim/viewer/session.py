@@ -1,34 +1,28 @@
-"""What one page holds and does, without a browser: choices, a preview, and a dressing in progress.
-
-All tabs of a page show the same session. Three threads share the work: one follows the choices at
-once, one demonstrates and learns, one simulates; a new order to the last replaces the one before.
-"""
+"""What one page holds and does, without a browser: dressings by policies, by hand, and of a run."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.checks import real_number, real_vector, whole_number
+from dressing_sim.checks import real_vector
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.path import Path
-from dressing_sim.viewer.choices import TAKES, Choices
-from dressing_sim.viewer.choosing import Choosing
+from dressing_sim.policies.registry import DEFAULT, learns
+from dressing_sim.viewer.choices import TAKES, TAUGHT, Choices
+from dressing_sim.viewer.guide import Guide
+from dressing_sim.viewer.leaders import ByHand
 from dressing_sim.viewer.lessons import Lessons, demonstration_of
-from dressing_sim.viewer.live import ByHand, Live, Moment
+from dressing_sim.viewer.live import Live
 from dressing_sim.viewer.past import Past
-from dressing_sim.viewer.preview import guide, preview
+from dressing_sim.viewer.playing import Playing
 
-#: Looks for a new target so often while time stands still [s].
-_PATIENCE = 0.005
+#: The gripper is at the end of the guide when so much of it is left [m].
+_THERE = 0.02
 
 
-class Session(Choosing):
+class Session(Playing):
     """One page's state.
 
     Args:
@@ -38,13 +32,7 @@ class Session(Choosing):
 
     Attributes:
         past: As given.
-        guide: A path to teach along, while somebody teaches.
-        live: The dressing that was begun last, or None.
-        beside: Another one that it is compared with, or None.
-        replayed: Index of the run's episode that `live` is, or None.
-        running: Whether time goes on.
-        at: The step that is looked at; None for the newest.
-        speed: Simulated seconds a second, at most; 0 for as many as there can be.
+        kept: The dressing by hand that was kept last, or None.
     """
 
     def __init__(
@@ -52,153 +40,20 @@ class Session(Choosing):
     ) -> None:
         super().__init__(lessons, choices)
         self.past = past
-        self.guide: Path | None = None
-        self.live: Live | None = None
-        self.beside: Live | None = None
-        self.replayed: int | None = None
-        self.running = False
-        self.at: int | None = None
-        self.speed = 1.0
-        self._order = 0
-        self._made_with = ""
-        self._simulating = ThreadPoolExecutor(1, "simulate")
-
-    def close(self) -> None:
-        """End what is being done; the session is of no use afterwards."""
-        self._order += 1
-        self._simulating.shutdown(wait=False, cancel_futures=True)
-        super().close()
-
-    def moment(self) -> Moment | None:
-        """The moment that is looked at, if there is a dressing."""
-        with self._lock:
-            if self.live is None:
-                return None
-            at = self.live.n_steps if self.at is None else min(self.at, self.live.n_steps)
-            return self.live.moments[at]
-
-    def moments(self) -> list[Moment]:
-        """All moments of the dressing so far."""
-        with self._lock:
-            return [] if self.live is None else [*self.live.moments]
-
-    def _do(self, job: Callable[[int], None]) -> None:
-        """Let the simulating thread do something instead of what it does."""
-        self._order += 1
-        order = self._order
-
-        def guarded() -> None:
-            if order == self._order:
-                with self.telling(busy=True):
-                    job(order)
-
-        self._simulating.submit(guarded)
-
-    def _begin(self, live: Live, beside: Live | None = None, replayed: int | None = None) -> None:
-        with self._lock:
-            self.tell(live=live, beside=beside, replayed=replayed, at=None, status="", showing=True)
-
-    def _run(self, order: int) -> None:
-        """Let time go on until it is over, or somebody wants something else."""
-        live = self._branch()
-        self.tell(running=True)
-        try:
-            due, waited = time.perf_counter(), False
-            while order == self._order:
-                if live.waits:
-                    if not waited:
-                        self.tell()
-                    waited = True
-                    time.sleep(_PATIENCE)
-                    due = time.perf_counter()
-                    continue
-                waited = False
-                if not live.step():
-                    break
-                self.tell()
-                if self.speed > 0.0:
-                    due += live.dressing.config.tracking.dt / self.speed
-                    early = due - time.perf_counter()
-                    time.sleep(max(early, 0.0))
-                    due -= min(early, 0.0)  # what was lost is not caught up with
-        finally:
-            self.tell(running=False)
-
-    def dress(self) -> None:
-        """Begin a dressing of what is chosen."""
-        choices = self.choices
-
-        def job(order: int) -> None:
-            policy = self.learned(choices).result()
-            if order != self._order:
-                return
-            self._told("the cloth settles")
-            live = Live.of_policy(policy, choices.posture, choices.seed, choices.config())
-            self._made_with = choices.policy_name
-            self.guide = None
-            self._begin(live)
-            self._run(order)
-
-        self._do(job)
-
-    def pause(self) -> None:
-        """Let time stand still."""
-        self._order += 1
-        self.tell()
-
-    def go_on(self) -> None:
-        """Let time go on from the moment that is looked at: what came later is forgotten.
-
-        If another policy is chosen by now, it goes on with the rest of the path that it would take.
-        """
-        choices = self.choices
-
-        def job(order: int) -> None:
-            live = self._branch()
-            by_policy = live.leader is not None and not isinstance(live.leader, ByHand)
-            if by_policy and choices.policy_name != self._made_with:
-                policy = self.learned(choices).result()
-                asked = replace(choices, posture=live.dressing.posture)
-                path = preview(asked, policy).path
-                if path is None:
-                    raise InvalidInputError(f"{choices.policy_name} gives no path here")
-                live.hand_over(path)
-                self._made_with = choices.policy_name
-            self._run(order)
-
-        self._do(job)
-
-    def _branch(self) -> Live:
-        live = self.live
-        if live is None:
-            raise InvalidInputError("there is no dressing to go on with; valid is to dress first")
-        with self._lock:
-            if self.at is not None and self.at < live.n_steps:
-                live.back_to(self.at)
-            self.tell(at=None, status="", showing=True)
-        return live
-
-    def step_once(self) -> None:
-        """Go on by one control step, or look at the moment after the one that is looked at."""
-        live, at = self.live, self.at
-        if live is not None and at is not None and at < live.n_steps:
-            self.look_at(at + 1)
-            return
-
-        def job(order: int) -> None:
-            self._branch().step()
-            self.tell()
-
-        self._do(job)
-
-    def look_at(self, step: int) -> None:
-        """Look at the moment after a step; time stands still."""
-        at = whole_number(step, "step")
-        if self.running:
-            self.pause()
-        self.tell(at=at, showing=self.live is not None)
+        self.kept: Live | None = None
 
     # By hand.
+
+    def another_arm(self) -> None:
+        """Choose an arm that nobody has taught yet; after the last the first comes again."""
+        taken = {take.posture.name for take in self.lessons.takes}
+        names = [posture.name for posture in TAUGHT]
+        now = self.choices.posture.name
+        first = names.index(now) + 1 if now in names else 0
+        order = [*TAUGHT[first:], *TAUGHT[:first]]
+        free = [one for one in order if one.name not in taken | {now}]
+        self.choose_by(lambda choices: replace(choices, posture=(free or order)[0]))
+        self.tell(showing=False)
 
     def teach(self) -> None:
         """Begin a dressing of the chosen arm by hand."""
@@ -207,7 +62,7 @@ class Session(Choosing):
         def job(order: int) -> None:
             self._told("the cloth settles")
             live = Live.by_hand(choices.posture, choices.config())
-            self.guide = guide(choices)
+            self.guide = Guide.of(choices)
             self._begin(live)
             self._run(order)
 
@@ -217,23 +72,77 @@ class Session(Choosing):
         """Lead by hand from the moment that is looked at."""
 
         def job(order: int) -> None:
-            self._branch().take_over()
+            live = self._branch()
+            live.take_over()
+            self.guide = Guide.of(replace(self.choices, posture=live.dressing.posture))
             self._run(order)
 
         self._do(job)
 
-    def lead(self, target: NDArray[np.float64]) -> None:
-        """Lead the gripper to a place (3,) [m], if it is led by hand."""
-        place = real_vector(target, 3, "target has", "m")
+    @property
+    def hand(self) -> ByHand | None:
+        """Who leads by hand now, if somebody does."""
         live = self.live
-        if live is not None and isinstance(live.leader, ByHand):
-            live.leader.target = place
+        if live is None or live.over or not isinstance(live.leader, ByHand):
+            return None
+        return live.leader
 
     @property
     def by_hand(self) -> bool:
         """Whether the dressing is led by hand and not over."""
-        live = self.live
-        return live is not None and isinstance(live.leader, ByHand) and not live.over
+        return self.hand is not None
+
+    def lead(self, target: NDArray[np.float64]) -> None:
+        """Lead the gripper straight to a place (3,) [m], if it is led by hand."""
+        place, hand = real_vector(target, 3, "target has", "m"), self.hand
+        if hand is not None:
+            hand.lead(place)
+
+    def point(self, eye: NDArray[np.float64], through: NDArray[np.float64]) -> None:
+        """Lead the gripper to where somebody points: along the guide if they point at it.
+
+        Args:
+            eye: Where the ray begins, (3,) [m].
+            through: Where it passes, and where the gripper goes if not along the guide, (3,) [m].
+        """
+        hand, guide = self.hand, self.guide
+        if hand is None:
+            return
+        at = None if guide is None else guide.nearest(hand.target)
+        to = None if guide is None or at is None else guide.pointed_at(eye, through, at)
+        if to is None:
+            hand.lead(through)
+        else:
+            self._lead_along(to)
+
+    def follow_guide(self) -> None:
+        """Lead the gripper along the guide to its end."""
+        guide = self.guide
+        if guide is not None:
+            self._lead_along(len(guide.path.positions) - 1)
+
+    @property
+    def left(self) -> float | None:
+        """Length of the guide that is left for whoever leads by hand [m]; None without."""
+        live, guide = self.live, self.guide
+        if live is None or guide is None or not self.by_hand:
+            return None
+        return guide.left(live.dressing.target)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether whoever leads by hand is at the end of the guide."""
+        left = self.left
+        return left is not None and left < _THERE
+
+    def _lead_along(self, to: int) -> None:
+        live, hand, guide = self.live, self.hand, self.guide
+        if live is None or hand is None or guide is None:
+            return
+        tracking, at = live.dressing.config.tracking, guide.nearest(hand.target)
+        if to != at:
+            way = guide.way(hand.target, at, to, tracking.dt, tracking.max_speed)
+            hand.lead_along(way)
 
     def let_go(self) -> None:
         """End a dressing by hand: the robot holds, and there is a verdict."""
@@ -254,7 +163,7 @@ class Session(Choosing):
         if live is None or not isinstance(live.leader, ByHand):
             raise InvalidInputError("there is no take; valid is to lead the gripper by hand first")
         self.lessons.keep(demonstration_of(live))
-        self.tell(error="")
+        self.tell(error="", kept=live)
 
     def drop_take(self) -> None:
         """Drop the last take.
@@ -266,13 +175,16 @@ class Session(Choosing):
         self.tell(error="")
 
     def train(self) -> None:
-        """Learn from the takes from now on."""
-        self.choose(replace(self.choices, demonstrations=TAKES))
+        """Learn from the takes from now on: with the chosen policy, or the default if it cannot."""
+        policy = self.choices.policy if learns(self.choices.policy_name) else DEFAULT
+        self.choose(replace(self.choices, policy=policy, demonstrations=TAKES))
         self.tell(showing=False)
 
-    def set_speed(self, speed: float) -> None:
-        """How fast time goes, see `speed`."""
-        self.tell(speed=real_number(speed, "speed", 0.0, 100.0))
+    @property
+    def trained(self) -> bool:
+        """Whether the chosen policy has learned from the takes that there are."""
+        choices = self.choices
+        return choices.demonstrations == TAKES and self.lessons.ready(choices) is not None
 
     # A run.
 

@@ -14,16 +14,17 @@ from scipy.spatial.transform import Rotation
 
 from dressing_sim.arm import Posture
 from dressing_sim.path import Path
-from dressing_sim.viewer.live import ByHand, Live, Moment
+from dressing_sim.viewer.leaders import ByHand
+from dressing_sim.viewer.live import Live, Moment
 from dressing_sim.viewer.preview import Preview
+from dressing_sim.viewer.scenery import furnish
 from dressing_sim.viewer.shapes import (
     Cloth,
     Robot,
-    link_centres,
     person,
     strain_colours,
 )
-from dressing_sim.world.mannequin import LINKS
+from dressing_sim.viewer.signs import Signs
 from dressing_sim.world.sleeve import SleeveMesh
 
 if TYPE_CHECKING:
@@ -34,11 +35,8 @@ Points = NDArray[np.float64] | NDArray[np.float32]
 #: Colours of lines: the policy's path, the gripper's way, the guide, the other dressing.
 _PATH, _WAY, _GUIDE, _OTHER = (230, 120, 20), (40, 40, 40), (0, 150, 110), (90, 60, 200)
 
-#: Length of an arrow for each newton [m].
-_PER_NEWTON = 0.03
-
-#: Forces below this have no arrow [N].
-_LEAST = 0.05
+#: Colour of the ball that leads the gripper.
+_BALL = (255, 140, 0)
 
 _NO_FACES = np.zeros((0, 3), dtype=np.uint32)
 
@@ -52,14 +50,15 @@ class Stage:
     Attributes:
         elbow: Drag it to bend the arm.
         wrist: Likewise.
-        gripper: Drag it to lead the gripper.
-        held: Name of the joint that is being dragged, or None.
+        gripper: Arrows to drag the gripper along one axis.
+        ball: Drag it to lead the gripper anywhere.
+        held: Name of the handle that is being dragged, or None.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = scene = server.scene
         scene.set_up_direction("+z")
-        self._furnish()
+        furnish(scene)
         camera = server.initial_camera
         camera.position, camera.look_at = (-0.05, 1.05, 0.80), (0.40, -0.12, 0.22)
         camera.fov = np.deg2rad(46.0)
@@ -83,42 +82,20 @@ class Stage:
             for name in ("shoulder", "wrist")
         }
         self._lines: dict[str, tuple[object, viser.SceneNodeHandle]] = {}
-        self._arrows: viser.SceneNodeHandle | None = None
-        self._labels = {
-            name: scene.add_label(f"/labels/{name}", "", visible=False) for name in (*LINKS, "grip")
-        }
+        self._signs = Signs(scene)
         self.elbow = self._handle("elbow", 0.13)
         self.wrist = self._handle("wrist", 0.13)
-        self.gripper = self._handle("gripper", 0.22)
+        self.gripper = self._handle("gripper", 0.16)
+        self.gripper.disable_sliders = True
+        self.ball = scene.add_icosphere(
+            "/handles/ball", 0.04, _BALL, opacity=0.75, cast_shadow=False, visible=False
+        )
         self.gripper.visible = False
         self.held: str | None = None
         self._robot: Robot | None = None
         self._links: dict[str, viser.FrameHandle] = {}
         self._drawn: dict[str, object] = {}
         self._sewn: tuple[SleeveMesh, Cloth] | None = None
-
-    def _furnish(self) -> None:
-        """Light, a floor, and what robot and person are on."""
-        scene = self._scene
-        scene.configure_default_lights(enabled=False)
-        scene.configure_environment_map(None)
-        scene.add_light_hemisphere(
-            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 160), intensity=1.6
-        )
-        # A directional light shines from its place towards the origin.
-        scene.add_light_directional("/light/sun", intensity=1.5, position=(-0.6, 1.4, 2.2))
-        scene.set_background_image(_backdrop())
-        scene.add_grid(
-            "/floor",
-            width=4.0,
-            height=4.0,
-            position=(0.3, 0.0, -0.45),
-            cell_size=0.25,
-            cell_color=(190, 196, 203),
-            section_color=(165, 172, 180),
-        )
-        scene.add_box("/table", (92, 98, 108), (0.32, 0.32, 0.45), position=(-0.03, 0.0, -0.226))
-        scene.add_box("/stool", (92, 98, 108), (0.42, 0.36, 0.06), position=(0.7, -0.26, -0.29))
 
     def _handle(self, name: str, scale: float) -> viser.TransformControlsHandle:
         return self._scene.add_transform_controls(
@@ -154,19 +131,36 @@ class Stage:
             if name != self.held:  # it is where the mouse is
                 handle.position = getattr(posture, name)
 
-    def hold(self, joint: str | None) -> None:
-        """Somebody begins to drag a joint, or lets it go: it then snaps back onto the arm."""
-        self.held = joint
-        self._drawn.pop("posture", None)
+    def hold(self, name: str | None) -> None:
+        """Somebody begins to drag a handle, or lets it go: it then snaps back to its place."""
+        self.held = name
+        for what in ("posture", "target"):
+            self._drawn.pop(what, None)
 
-    def draw_handles(self, bend: bool, leader: ByHand | None) -> None:
-        """Which handles are there: to bend the arm, or for somebody to lead the gripper."""
+    def draw_handles(self, bend: bool, leader: ByHand | None, fresh: bool = False) -> None:
+        """Which handles are there: to bend the arm, or for somebody to lead the gripper.
+
+        Args:
+            bend: Whether the arm can be bent.
+            leader: Who leads by hand, or None.
+            fresh: Whether the gripper has not been led yet.
+        """
         if self._news("bend", bend):
             self.elbow.visible = self.wrist.visible = bend
         if self._news("leader", leader):
-            if leader is not None:
-                self.gripper.position = leader.target
-            self.gripper.visible = leader is not None
+            self.ball.visible = self.gripper.visible = leader is not None
+        place = None if leader is None else leader.target
+        if self._news("target", place) and place is not None:
+            self.ball.position = place
+            if self.held != "gripper":  # it is where the mouse is
+                self.gripper.position = place
+        if self._news("fresh", place if fresh else None):
+            self._signs.put("ball", "drag me" if fresh else "", place)
+
+    def draw_failure(self, live: Live | None) -> None:
+        """A label where the first thing went wrong in a dressing that is over, or none."""
+        if self._news("failure", None if live is None else live.outcome):
+            self._signs.failure(live)
 
     def draw_preview(self, shown: Preview) -> None:
         """The sleeve before it falls, and the path that the policy would take."""
@@ -176,7 +170,7 @@ class Stage:
         self._draw_cloth(shown.sleeve, shown.sleeve.vertices.astype(np.float32), 0.3)
         self._line("path", None if shown.path is None else shown.path.positions, _PATH, 3.0)
         self._line("way", None, _WAY, 4.0)
-        self.draw_forces(shown.posture, None)
+        self._signs.forces(shown.posture, None)
 
     def draw_robot(self, q: NDArray[np.float64]) -> None:
         """The robot with joint positions (7,) [rad]."""
@@ -195,7 +189,7 @@ class Stage:
         self.draw_robot(moment.row.joint_position)
         self._line("path", None if live.path is None else live.path.positions, _PATH, 3.0)
         self._line("way", _thinned(way), _WAY, 4.0)
-        self.draw_forces(live.dressing.posture, moment)
+        self._signs.forces(live.dressing.posture, moment)
 
     def draw_other(self, live: Live | None, at: int) -> None:
         """Another dressing at the same step: its cloth, and the way of its gripper."""
@@ -211,7 +205,9 @@ class Stage:
     def draw_guide(self, path: Path | None) -> None:
         """A path to teach along, or none."""
         if self._news("guide", path):
-            self._line("guide", None if path is None else path.positions, _GUIDE, 3.0)
+            points = None if path is None else path.positions
+            self._line("guide", points, _GUIDE, 5.0)
+            self._signs.put("end", "to here", None if points is None else points[-1])
 
     def _cloth_of(self, mesh: SleeveMesh, top: float) -> Cloth:
         if self._sewn is None or self._sewn[0] is not mesh:
@@ -242,49 +238,6 @@ class Stage:
             f"/lines/{name}", ends, colors=colour, thickness=width, thickness_units="screen"
         )
         self._lines[name] = points, handle
-
-    def draw_forces(self, posture: Posture, moment: Moment | None) -> None:
-        """Arrows of the cloth's force on each link of the arm, with newtons; and the pull."""
-        arrows = []
-        for name, label in self._labels.items():
-            centre = link_centres(posture).get(name)
-            if moment is None or (centre is None and name != "grip"):
-                label.visible = False
-                continue
-            if name == "grip":
-                place, newtons = moment.row.tcp, moment.row.grip_force
-                place, text = place + [0.0, 0.0, 0.06], f"pull {newtons:.1f} N"
-            else:
-                force = moment.row.link_force[LINKS.index(name)]
-                newtons, text = float(np.linalg.norm(force)), ""
-                assert centre is not None
-                begin = centre + 0.05 * force / max(newtons, _LEAST)  # out of the arm
-                place = begin + _PER_NEWTON * force
-                if newtons >= _LEAST:
-                    arrows.append([begin, place])
-                    text = f"{name.replace('_', ' ')} {newtons:.1f} N"
-            label.visible = newtons >= _LEAST
-            if newtons >= _LEAST:
-                label.text, label.position = text, place
-        if self._arrows is not None:
-            self._arrows.remove()
-            self._arrows = None
-        if arrows:
-            self._arrows = self._scene.add_arrows(
-                "/forces",
-                np.array(arrows, dtype=np.float32),
-                colors=(200, 30, 30),
-                shaft_radius=0.004,
-                head_radius=0.010,
-                head_length=0.02,
-            )
-
-
-def _backdrop() -> NDArray[np.uint8]:
-    """A picture of a wall that is lighter above than below, (n, 2, 3)."""
-    shade = np.linspace(238.0, 205.0, 256)[:, None]
-    rgb = np.round(shade + np.array([-4.0, 0.0, 5.0])).astype(np.uint8)
-    return np.repeat(rgb[:, None], 2, axis=1)
 
 
 def _thinned(moments: Sequence[Moment]) -> NDArray[np.float64]:

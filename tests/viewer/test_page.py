@@ -1,6 +1,7 @@
 """The page in a headless browser."""
 
 import io
+import time
 
 import imageio.v3 as imageio
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
-from dressing_sim.viewer.choices import Choices
+from dressing_sim.viewer.choices import TAKES, Choices
 from dressing_sim.viewer.lessons import Lessons
 from dressing_sim.viewer.session import Session
 
@@ -65,6 +66,96 @@ def test_a_slider_bends_the_arm_and_its_path_follows(tab, page):
     assert session.preview.path is not None
     assert colours(tab) > 10
     assert tab.console == []
+
+
+def pixel(tab, page, place):
+    """Where a place (3,) [m] is on the screen: the camera may have been turned."""
+    camera = next(iter(page._server.get_clients().values())).camera
+    eye, up = np.array(camera.position), [0.0, 0.0, 1.0]
+    ahead = (np.array(camera.look_at) - eye) / np.linalg.norm(camera.look_at - eye)
+    right = np.cross(ahead, up) / np.linalg.norm(np.cross(ahead, up))
+    left, top, width, height = tab.box("document.querySelector('canvas')")
+    offset = np.asarray(place) - eye
+    scale = height / 2.0 / np.tan(camera.fov / 2.0) / (offset @ ahead)
+    x, y = scale * (offset @ right), scale * (offset @ np.cross(right, ahead))
+    return np.array([left + width / 2.0 + x, top + height / 2.0 - y])
+
+
+def drag_through(tab, page, places, held):
+    """Drag a handle with the mouse from the first place in the scene (n, 3) [m] through the others.
+
+    A press that comes before the browser has found out what is below the mouse turns the camera
+    instead: it is then let go, and tried again from where the handle is seen by now.
+    """
+    end = time.monotonic() + LONG
+    while True:
+        start = pixel(tab, page, places[0])
+        tab.mouse("Moved", start - 3.0)
+        tab.mouse("Moved", start)
+        tab.mouse("Pressed", start, button="left", clickCount=1)
+        towards = pixel(tab, page, places[1]) - start
+        begun = start + 8.0 * towards / np.linalg.norm(towards)
+        tab.mouse("Moved", begun, button="left", buttons=1)
+        if page.session.wait(held, 10.0):
+            break
+        tab.mouse("Released", begun, button="left", clickCount=1)
+        assert time.monotonic() < end, "the handle cannot be taken hold of"
+    for place in places[1:]:
+        tab.mouse("Moved", pixel(tab, page, place), button="left", buttons=1)
+    tab.mouse("Released", pixel(tab, page, places[-1]), button="left", clickCount=1)
+
+
+def test_the_wrist_is_dragged_by_its_arrow(tab, page):
+    session, handle = page.session, page._stage.wrist
+    session.choose(Choices(policy="expert"))
+    page.wait_until_drawn(LONG)
+    before = session.choices.posture
+    tip = before.wrist + [0.0, 0.0, 0.11]
+    places = [tip, tip + [0.0, 0.0, 0.03], tip + [0.0, 0.0, 0.06]]
+    drag_through(tab, page, places, lambda: page._stage.held == "wrist")
+    assert session.wait(lambda: page._stage.held is None, LONG)
+    assert session.wait(lambda: session.choices.posture.wrist[2] > before.wrist[2] + 0.03, LONG)
+    # It snaps back onto the arm.
+    page.wait_until_drawn(LONG)
+    assert np.allclose(handle.position, session.choices.posture.wrist)
+
+
+def test_somebody_teaches_it_trains_and_it_dresses_another_arm(tab, page):
+    session, takes = page.session, page.session.lessons
+    session.choose(Choices(policy="expert"))
+    tab.tab("Teach")
+    tab.press("Take the gripper", LONG)
+    tab.says("drag the orange ball", LONG)
+    live, hand, guide = session.live, session.hand, session.guide.path.positions
+    page.wait_until_drawn(LONG)
+    grip = [-0.025, 0.0, 0.0]  # on the screen right of the middle, where no arrow is
+    before = hand.target
+    drag_through(tab, page, guide[:120:30] + grip, lambda: hand.target is not before)
+    assert session.wait(lambda: live.waits and live.n_steps > 0, LONG)
+    beside = np.linalg.norm(guide - live.dressing.target, axis=1)
+    assert beside.min() < 0.005  # along the line, however the mouse trembles
+    assert 20 < beside.argmin() < len(guide) - 20
+    tab.press("Follow the green line", LONG)
+    tab.says("Press Done", LONG)
+    tab.press("Done", LONG)
+    assert session.wait(lambda: live.over, LONG)
+    assert live.outcome.success, live.outcome.reasons
+    tab.press("Keep this take", LONG)
+    tab.says("take 1: bent40", LONG)
+    assert len(takes.takes) == len(Lessons(takes.file).takes) == 1
+    tab.press("Train on my takes", LONG)
+    tab.says("has learned from your take", LONG)
+    tab.press("Another arm", LONG)
+    assert session.wait(lambda: session.choices.posture.name != "bent40", LONG)
+    tab.press("Dress this arm", LONG)
+    assert session.wait(lambda: session.live is not live and session.live.over, LONG)
+    choices = session.choices
+    assert choices.demonstrations == TAKES
+    policy = Lessons(takes.file).policy(choices)
+    expected = record(policy, choices.posture, choices.seed).outcome
+    assert session.live.outcome.to_dict() == expected.to_dict()
+    tab.says("Dressed" if expected.success else "Not dressed", LONG)
+    tab.tab("Dress")
 
 
 def test_it_dresses_as_the_command_line_and_survives_reload_and_a_second_tab(tab, page, chromium):
