@@ -8,7 +8,7 @@ draws its own speed, heights, waypoints and tremor, as no two demonstrations of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from types import NoneType
 from typing import ClassVar, Self
 
@@ -18,7 +18,7 @@ from scipy.interpolate import PchipInterpolator
 
 from dressing_sim.arm import Posture, up_across
 from dressing_sim.checks import of_kind, real_number, real_vector, whole_number
-from dressing_sim.config import check_numbers
+from dressing_sim.config import LATER, check_numbers
 from dressing_sim.learning import DemonstrationLike
 from dressing_sim.learning.policy import Inputs
 from dressing_sim.path import Path
@@ -74,10 +74,10 @@ class OperatorConfig:
     """Amplitude of slow drift, below 1 Hz [m]."""
     tremor: float = 0.0003
     """Amplitude of physiological tremor, 6 to 10 Hz [m]."""
-    disturbance: float = 0.0
+    disturbance: float = field(default=0.0, metadata=LATER)
     """How far noise in the commands leads the gripper off the way that the operator means it to go:
     standard deviation in the long run, each coordinate [m]. The operator sees it and corrects."""
-    correction: float = 0.5
+    correction: float = field(default=0.5, metadata=LATER)
     """Time constant of the operator's correction of a disturbance [s]."""
 
     def __post_init__(self) -> None:

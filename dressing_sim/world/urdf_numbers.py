@@ -21,9 +21,12 @@ _NUMBERS: Mapping[str, Mapping[str, tuple[int, float]]] = {
     "mesh": {"scale": (3, 1e4)},
 }
 
+#: Elements that are nothing without their numbers; others have defaults.
+_SHAPES = frozenset({"box", "cylinder", "sphere"})
+
 
 def check_numbers(root: ET.Element) -> None:
-    """Refuse a URDF with a number that is none, not finite, or too large.
+    """Refuse a URDF with a number that is missing, none, not finite, or too large.
 
     Raises:
         InvalidInputError: It has one; the message says where and what is valid.
@@ -31,10 +34,13 @@ def check_numbers(root: ET.Element) -> None:
     for element in root.iter():
         for key, (n, most) in _NUMBERS.get(str(element.tag), {}).items():
             text = element.get(key)
-            if text is not None and not _are_numbers(text, n, most):
+            if text is None and element.tag not in _SHAPES:
+                continue
+            if text is None or not _are_numbers(text, n, most):
+                got = f"no {key}" if text is None else f"{key} {shown(text)}"
                 what = "a number" if n == 1 else f"{n} numbers"
                 raise InvalidInputError(
-                    f"its URDF has an element {element.tag} with {key} {shown(text)}, valid is "
+                    f"its URDF has an element {element.tag} with {got}, valid is "
                     f"{what} from {-most:g} to {most:g}"
                 )
 
