@@ -34,7 +34,7 @@ from dressing_sim.suites.suites import load_suite
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
-COLUMNS, ROW_HEIGHT = 5, 1.75  # [inch]
+COLUMNS, ROW_HEIGHT = 4, 1.6  # [inch]
 MARGIN = 0.12  # [m] around arm and operator; what a path does beyond is cut off
 GAP = 0.06  # [m] between the two views
 
@@ -134,22 +134,23 @@ def _draw_one(axes: Axes, one: Failure) -> None:
     low, high = known.min(axis=0) - MARGIN, known.max(axis=0) + MARGIN
     inside = ((one.path > low) & (one.path < high)).all(axis=1)
     path = np.where(inside[:, None], one.path, np.nan)
-    for upwards, lift in ((1, GAP - low[1]), (2, -high[2])):
+    # Arms are held out sideways, so that is the horizontal of both views.
+    for upwards, lift in ((0, GAP - low[0]), (2, -high[2])):
         for points, look in (
             (arm, {"color": plots.GRID, "lw": 6.0, "solid_capstyle": "round"}),
             (arm[2:], {"color": plots.QUIET, "marker": "s", "ms": 4.0, "mew": 0.0}),
             (one.expert[::8], {"color": plots.CONTRAST, "ls": "--", "lw": 1.0}),
             (path[:: max(1, len(path) // 100)], {"color": plots.ACCENT, "lw": 1.4}),
         ):
-            axes.plot(points[:, 0], points[:, upwards] + lift, **look)
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[2] - high[2], high[1] - low[1] + GAP)
+            axes.plot(points[:, 1], points[:, upwards] + lift, **look)
+    axes.set_xlim(low[1], high[1])
+    axes.set_ylim(low[2] - high[2], high[0] - low[0] + GAP)
     axes.set_aspect("equal")
     axes.set_axis_off()
     measured = excesses(one.metrics)
     why = max(measured, key=lambda words: measured[words])
     told = f"{one.n_failed} of {one.n_postures}: {why}" if one.n_failed else "none; its worst"
-    axes.set_title(f"{one.policy}\n{told}", fontsize=6.5)
+    axes.set_title(f"{one.policy}\n{told}", fontsize=6.0)
 
 
 def main(

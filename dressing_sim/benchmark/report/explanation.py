@@ -40,7 +40,7 @@ _REACH = 2.0
 _UPRIGHT = 0.01
 
 #: Around what is drawn [m].
-_MARGIN = 0.07
+_MARGIN = 0.12
 
 _FROM = ("from the side", "from above")
 
@@ -132,12 +132,15 @@ def _size(explanation: Explanation) -> tuple[float, float]:
 
 
 def _limits(explanation: Explanation) -> list[NDArray[np.float64]]:
-    """Lower and upper corner (2, 2) [m] of each side; ellipses and what was discarded may cross."""
+    """Lower and upper corner (2, 2) [m] of each side.
+
+    Around what is of the arm and the experts: ellipses and synthetic demonstrations may cross, as
+    Algorithm 1 keeps some that run off by metres.
+    """
     found = [explanation.joints, explanation.path]
     if isinstance(explanation, MixtureExplanation):
-        for view in explanation.views:
-            found += [*view.experts, *view.synthetic]
-        found += [explanation.fused.final.means]
+        experts = [path for view in explanation.views for path in view.experts]
+        found += experts or [explanation.fused.final.means]
     else:
         found += list(explanation.carried)
     points = np.concatenate(found)
@@ -192,7 +195,9 @@ def _mixture_handles(explanation: MixtureExplanation) -> list[Line2D | Patch]:
     view = explanation.views[0]
     handles = [_line("expert demonstration", _EXPERT, 1.3)] if view.experts else []
     if view.synthetic:
-        handles.append(_line(f"synthetic, kept ({len(view.synthetic)})", _SYNTHETIC, 1.1))
+        off = sum(_runs_off(explanation, number) for number in range(len(view.synthetic)))
+        text = f"synthetic, kept ({len(view.synthetic)}{f', {off} cut off' if off else ''})"
+        handles.append(_line(text, _SYNTHETIC, 1.1))
     if view.discarded:
         shown = min(len(view.discarded), _MOST_DISCARDED)
         part = "" if shown == len(view.discarded) else f", {shown} drawn"
@@ -205,6 +210,16 @@ def _mixture_handles(explanation: MixtureExplanation) -> list[Line2D | Patch]:
         initial.set_linestyle((0, (3.0, 2.0)))
         final.append(initial)
     return [*final, Patch(color=_ARM, label="arm")]
+
+
+def _runs_off(explanation: MixtureExplanation, number: int) -> bool:
+    """Whether a synthetic demonstration that was kept leaves the picture."""
+    sides = zip(_sides(explanation.joints), _limits(explanation), strict=True)
+    return any(
+        bool(((flat < low) | (flat > high)).any())
+        for side, (low, high) in sides
+        for flat in (side.points(view.synthetic[number]) for view in explanation.views)
+    )
 
 
 def _seen(axes: Axes, side: _Side, view: FrameView) -> None:
