@@ -54,7 +54,7 @@ def test_arm_operator_and_policy_are_drawn_in_two_views(straight, monkeypatch):
     )
     text = draw([straight])
     assert text == draw([straight])
-    arm = [straight.posture.wrist[0], straight.posture.elbow[0], straight.posture.shoulder[0]]
+    arm = [straight.posture.wrist[1], straight.posture.elbow[1], straight.posture.shoulder[1]]
     assert drawn.count(arm) == 2 * 2
     assert len(drawn) == 2 * 2 * 4
     assert "<!-- straight" in text
