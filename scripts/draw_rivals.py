@@ -22,13 +22,9 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.studies import tuning_paths
-from dressing_sim.benchmark.studies.tuning_paths import PathMetrics, path_metrics, steady_path
+from dressing_sim.benchmark.studies.tuning_paths import PathMetrics
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import write_file
-from dressing_sim.inputs import FRAMES_OF, asked_with, fit
-from dressing_sim.learning import SyntheticDemonstration
-from dressing_sim.path import checked_path
-from dressing_sim.policies.registry import make_policy
 from dressing_sim.policies.rivals import POLICIES
 from dressing_sim.suites.suites import load_suite
 
@@ -83,24 +79,13 @@ def failure(
     name: str, demonstrated: Sequence[Posture], tested: Sequence[Posture], seed: int = 0
 ) -> Failure:
     """The policy's failure in the middle, see the module."""
-    names = FRAMES_OF["elbow"]
-    shown = [
-        SyntheticDemonstration(one.positions, one.dt, posture.frames(*names))
-        for posture, one in zip(
-            demonstrated, tuning_paths.operator_demonstrations(demonstrated, seed), strict=True
-        )
-    ]
-    policy = fit(make_policy(name, seed), shown)
-    found = []
-    for posture in tested:
-        expert = steady_path(posture)
-        path = checked_path(policy.generate(asked_with(policy, posture), expert[0]), name)
-        metrics = path_metrics(path.positions, expert, posture)
-        found.append((max(excesses(metrics).values()), posture, path.positions, expert, metrics))
-    found.sort(key=lambda one: one[0])
-    failed = [one for one in found if not one[4].dresses]
+    found = sorted(
+        tuning_paths.tried(name, demonstrated, tested, seed),
+        key=lambda one: max(excesses(one[3]).values()),
+    )
+    failed = [one for one in found if not one[3].dresses]
     middle = failed[len(failed) // 2] if failed else found[-1]
-    return Failure(name, *middle[1:], len(failed), len(found))
+    return Failure(name, *middle, len(failed), len(found))
 
 
 def draw(failures: Sequence[Failure]) -> str:

@@ -132,21 +132,16 @@ class Protocol:
 
     def with_suites(self, suites: Sequence[str]) -> Protocol:
         """The same test, but every policy learns from these suites, one after the other."""
-        policies = dict.fromkeys((entry.policy, entry.variation) for entry in self.entries)
-        entries = [
-            Entry(policy, demonstrations, variation)
-            for policy, variation in policies
-            for demonstrations in (dict.fromkeys(suites) if learns(policy) else [None])
-        ]
+        entries = dict.fromkeys(
+            replace(entry, demonstrations=suite) if entry.demonstrations else entry
+            for entry in self.entries
+            for suite in suites
+        )
         return replace(self, entries=tuple(entries))
 
     def with_demonstrations(self, name: str) -> Protocol:
         """The same test, but every policy learns from these demonstrations alone."""
-        entries = dict.fromkeys(
-            replace(entry, demonstrations=name) if entry.demonstrations else entry
-            for entry in self.entries
-        )
-        return replace(self, entries=tuple(entries), demonstration_sets=1)
+        return replace(self.with_suites([name]), demonstration_sets=1)
 
     def with_variation(self, factors: Sequence[str]) -> Protocol:
         """The same test, but these factors, and no others, are drawn anew or fixed."""

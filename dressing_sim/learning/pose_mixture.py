@@ -21,6 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp, softmax
 
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import quaternions
@@ -71,8 +72,7 @@ class PoseMixture:
 def _shares(log_weights: FloatArray, offset: FloatArray, variance: FloatArray) -> FloatArray:
     """How much each component counts at a time, (N, K, P)."""
     logs = log_weights - 0.5 * offset**2 / variance
-    share = np.exp(logs - logs.max(axis=1, keepdims=True))
-    return np.asarray(share / share.sum(axis=1, keepdims=True))
+    return np.asarray(softmax(logs, axis=1))
 
 
 def fit_mixture(
@@ -126,6 +126,5 @@ def _responsibilities(data: FloatArray, mixture: PoseMixture) -> tuple[FloatArra
     """Of each component for each sample, (K, N), and the mean log-likelihood of a sample."""
     parts = PoseGaussians(mixture.means[:, :, None], mixture.covariances[:, :, None])
     logs = np.log(mixture.priors)[:, None] + parts.log_density(data).sum(axis=1)
-    most = logs.max(axis=0)
-    total = most + np.log(np.exp(logs - most).sum(axis=0))
+    total = logsumexp(logs, axis=0)
     return np.exp(logs - total), float(total.mean())

@@ -66,10 +66,9 @@ class Signs:
         """Arrows of the cloth's force on each link of the arm, with newtons; and the pull."""
         arrows = []
         for name in _FORCES:
-            label = self._labels[name]
             centre = link_centres(posture).get(name)
             if moment is None or (centre is None and name != "grip"):
-                label.visible = False
+                self.put(name, "", None)
                 continue
             if name == "grip":
                 place, newtons = moment.row.tcp, moment.row.grip_force
@@ -83,9 +82,7 @@ class Signs:
                 if newtons >= _LEAST:
                     arrows.append([begin, place])
                     text = f"{name.replace('_', ' ')} {newtons:.1f} N"
-            label.visible = newtons >= _LEAST
-            if newtons >= _LEAST:
-                label.text, label.position = text, place
+            self.put(name, text if newtons >= _LEAST else "", place)
         if self._arrows is not None:
             self._arrows.remove()
             self._arrows = None

@@ -185,17 +185,17 @@ def _mixtures(drawn: Figure, explanation: MixtureExplanation) -> None:
         for axes in row:
             _frame(axes, corners)
     for axes in grid[1]:
-        axes.set_xlabel(_sides(explanation.joints)[0].labels[0])
-    _name_joints(grid[0, -1], _sides(explanation.joints)[0], explanation.joints)
-    _legend(drawn, _mixture_handles(explanation), 4)
+        axes.set_xlabel(sides[0].labels[0])
+    _name_joints(grid[0, -1], sides[0], explanation.joints)
+    off = _cut_off(explanation, sides, limits)
+    _legend(drawn, _mixture_handles(explanation, off), 4)
 
 
-def _mixture_handles(explanation: MixtureExplanation) -> list[Line2D | Patch]:
-    """What there is to explain, nothing else."""
+def _mixture_handles(explanation: MixtureExplanation, off: int) -> list[Line2D | Patch]:
+    """What there is to explain, nothing else; so many that were kept are cut off."""
     view = explanation.views[0]
     handles = [_line("expert demonstration", _EXPERT, 1.3)] if view.experts else []
     if view.synthetic:
-        off = sum(_runs_off(explanation, number) for number in range(len(view.synthetic)))
         text = f"synthetic, kept ({len(view.synthetic)}{f', {off} cut off' if off else ''})"
         handles.append(_line(text, _SYNTHETIC, 1.1))
     if view.discarded:
@@ -212,14 +212,21 @@ def _mixture_handles(explanation: MixtureExplanation) -> list[Line2D | Patch]:
     return [*final, Patch(color=_ARM, label="arm")]
 
 
-def _runs_off(explanation: MixtureExplanation, number: int) -> bool:
-    """Whether a synthetic demonstration that was kept leaves the picture."""
-    sides = zip(_sides(explanation.joints), _limits(explanation), strict=True)
-    return any(
-        bool(((flat < low) | (flat > high)).any())
-        for side, (low, high) in sides
-        for flat in (side.points(view.synthetic[number]) for view in explanation.views)
-    )
+def _cut_off(
+    explanation: MixtureExplanation,
+    sides: Sequence[_Side],
+    limits: Sequence[NDArray[np.float64]],
+) -> int:
+    """How many synthetic demonstrations that were kept leave the picture, on any panel."""
+
+    def leaves(path: NDArray[np.float64]) -> bool:
+        panels = [
+            (side.points(path), *corners) for side, corners in zip(sides, limits, strict=True)
+        ]
+        return any(bool(((flat < low) | (flat > high)).any()) for flat, low, high in panels)
+
+    seen = zip(*(view.synthetic for view in explanation.views), strict=True)
+    return sum(any(map(leaves, paths)) for paths in seen)
 
 
 def _seen(axes: Axes, side: _Side, view: FrameView) -> None:
@@ -288,9 +295,8 @@ def _transport(drawn: Figure, explanation: TransportExplanation) -> None:
     height, _ = _size(explanation)
     grid = drawn.add_gridspec(2, 2, height_ratios=[height - _BELOW - 1.55, _BELOW])
     panels: Sequence[Axes] = [drawn.add_subplot(grid[0, place]) for place in range(2)]
-    for axes, side, corners, title in zip(
-        panels, _sides(explanation.joints), limits, _FROM, strict=True
-    ):
+    sides = _sides(explanation.joints)
+    for axes, side, corners, title in zip(panels, sides, limits, _FROM, strict=True):
         axes.set(title=title, xlabel=side.labels[0], ylabel=side.labels[1])
         _arm(axes, side, explanation.joints)
         _tube(axes, side, explanation, _REACH, _TUBE, 1.5)
@@ -298,7 +304,7 @@ def _transport(drawn: Figure, explanation: TransportExplanation) -> None:
         _paths(axes, side, explanation.carried, _EXPERT, 0.9, 3.0)
         _answer(axes, side, explanation.path)
         _frame(axes, corners)
-    _name_joints(panels[0], _sides(explanation.joints)[0], explanation.joints)
+    _name_joints(panels[0], sides[0], explanation.joints)
     below = drawn.add_subplot(grid[1, :])
     share = np.linspace(0.0, 1.0, len(explanation.deviation))
     below.fill_between(share, 1e3 * explanation.deviation, color=_INNER, lw=0.0)

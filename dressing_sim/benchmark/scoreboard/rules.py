@@ -119,8 +119,10 @@ def _test(plan: Plan) -> Iterator[str]:
     if plan.tested != tuple(load_suite(protocol.suite)):
         yield f"other postures than suite {protocol.suite} has, valid is a run without --person"
     if plan.config != EpisodeConfig():
-        yield "another world or other rules than the benchmark's, valid is a run without --garment "
-        "and --robot"
+        yield (
+            "another world or other rules than the benchmark's, valid is a run without --garment "
+            "and --robot"
+        )
     if plan.seed != SEED:
         yield f"seed {plan.seed}, valid is a run with --seed {SEED}, so that nobody chooses one"
     if plan.policy_limits != PolicyLimits():

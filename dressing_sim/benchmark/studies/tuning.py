@@ -38,15 +38,8 @@ from dressing_sim.benchmark.run.progress import Progress, show_progress
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.benchmark.studies.columns import table_of
 from dressing_sim.benchmark.studies.study import Calls, Study, Summary, run_study
-from dressing_sim.benchmark.studies.tuning_paths import (
-    PathMetrics,
-    operator_demonstrations,
-    path_metrics,
-    steady_path,
-)
-from dressing_sim.path import checked_path
+from dressing_sim.benchmark.studies.tuning_paths import PathMetrics, tried
 from dressing_sim.policies.paper import POLICIES
-from dressing_sim.policies.registry import make_policy
 from dressing_sim.provenance import versions
 from dressing_sim.system import processors
 
@@ -100,14 +93,8 @@ class Screening:
 
 def screen(job: Screening, demonstrated: Sequence[Posture], tested: Sequence[Posture]) -> Screening:
     """Let a policy learn from the operator, and compare its paths with the operator's."""
-    name, number = job.entry.policy, job.demonstration_set
-    policy = make_policy(name, number).fit(operator_demonstrations(demonstrated, number))
-    paths = []
-    for posture in tested:
-        expert = steady_path(posture)
-        path = checked_path(policy.generate(posture.frames(), expert[0]), name)
-        paths.append(path_metrics(path.positions, expert, posture))
-    return replace(job, paths=tuple(paths))
+    found = tried(job.entry.policy, demonstrated, tested, job.demonstration_set)
+    return replace(job, paths=tuple(metrics for *_, metrics in found))
 
 
 def tuning_plan(

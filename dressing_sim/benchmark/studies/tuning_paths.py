@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from dressing_sim.arm import UP, Posture, Vector
 from dressing_sim.episode.operator import Operator, OperatorConfig
+from dressing_sim.inputs import FRAMES_OF, asked_with, fit
 from dressing_sim.learning import SyntheticDemonstration
+from dressing_sim.path import checked_path
+from dressing_sim.policies.registry import make_policy
 from dressing_sim.world.scene import WorldConfig, grip_start
 
 ENDS_WITHIN = 0.08  # [m] of the operator's end
@@ -85,16 +88,38 @@ def _distance(path: Vector, start: Vector, end: Vector) -> float:
 
 
 def operator_demonstrations(postures: Sequence[Posture], seed: int) -> list[SyntheticDemonstration]:
-    """What the operator would demonstrate on postures, as if followed exactly."""
+    """What the operator would demonstrate on postures, as if followed exactly, in all frames."""
     operator = Operator()
     return [
         SyntheticDemonstration(
             operator.path(posture, _start(posture), np.random.default_rng([seed, number])),
             operator.config.dt,
-            posture.frames(),
+            posture.frames(*FRAMES_OF["elbow"]),
         )
         for number, posture in enumerate(postures)
     ]
+
+
+def tried(
+    name: str, demonstrated: Sequence[Posture], tested: Sequence[Posture], seed: int
+) -> Iterator[tuple[Posture, Vector, Vector, PathMetrics]]:
+    """Let a policy learn from the operator and draw its paths, each asked as its class allows.
+
+    Args:
+        name: The policy.
+        demonstrated: Postures that the operator demonstrates.
+        tested: Postures to ask for paths on.
+        seed: Of the operator's variability and of the policy's own randomness.
+
+    Yields:
+        For each posture it, the policy's path (T, 3) and the operator's (N, 3) [m], and how they
+        compare.
+    """
+    policy = fit(make_policy(name, seed), operator_demonstrations(demonstrated, seed))
+    for posture in tested:
+        expert = steady_path(posture)
+        path = checked_path(policy.generate(asked_with(policy, posture), expert[0]), name).positions
+        yield posture, path, expert, path_metrics(path, expert, posture)
 
 
 def steady_path(posture: Posture) -> Vector:

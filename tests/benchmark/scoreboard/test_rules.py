@@ -55,7 +55,7 @@ def test_rows_are_comparable(entries, part):
 
 
 def test_the_world_the_arms_and_the_limits_are_the_benchmarks():
-    refused(make_plan(PAPER, config=world_with("tshirt-l")), "valid is a run without --garment")
+    refused(make_plan(PAPER, config=world_with("tshirt-l")), "without --garment and --robot")
     person = dressing_person(make_plan(PAPER), "male_small")
     refused(person, "valid is a run without --person")
     refused(make_plan(PAPER, policy_limits=PolicyLimits(fit_time=1e4)), "without --fit-time")
