@@ -5,13 +5,18 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
-from typing import IO, Any
+from types import FrameType
+from typing import IO, Any, Final, NoReturn
 
 #: The file that libraries print errors to.
 _STANDARD_ERROR = 2
+
+#: Starting a process takes no longer [s].
+_START: Final = 5.0
 
 
 def lock_file(file: IO[Any]) -> None:
@@ -39,22 +44,55 @@ def _lock_byte(file: IO[Any]) -> None:
         raise BlockingIOError(error.errno, error.strerror) from error
 
 
-@contextmanager
-def interrupt_blocked() -> Iterator[None]:
-    """Keep Ctrl-C from this thread, and from the processes that it starts in the meantime.
+#: Held while this process starts another.
+_starting = threading.RLock()
 
-    Where processes do not inherit what is blocked (Windows), nothing is; a process that must not
+
+@contextmanager
+def starting_process() -> Iterator[None]:
+    """Start processes in the block: whole, or not at all, and deaf to Ctrl-C.
+
+    A process that is started reads what it is to do from this one, and complains at length of one
+    that leaves halfway: so Ctrl-C is answered after the block, and `leave` waits for its end.
+    What this thread blocks they inherit. Where they do not (Windows), a process that must not
     answer Ctrl-C calls `ignore_interrupt` as it begins.
     """
-    mask = getattr(signal, "pthread_sigmask", None)
-    if mask is None:
+    with _starting, _interrupt_deferred():
+        mask = getattr(signal, "pthread_sigmask", None)
+        if mask is None:
+            yield
+            return
+        before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            mask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _interrupt_deferred() -> Iterator[None]:
+    """Python answers Ctrl-C after the block.
+
+    Blocking it is not enough: another thread may receive it, and the main one answers.
+    """
+    answer = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(answer):
         yield
         return
-    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+    received: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: received.append((number, frame)))
     try:
         yield
     finally:
-        mask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, answer)
+        if received:
+            answer(*received[0])
+
+
+def leave(code: int) -> NoReturn:
+    """End this process at once, from any of its threads."""
+    _starting.acquire(timeout=_START)
+    os._exit(code)
 
 
 def check_may_start_processes() -> None:

@@ -37,8 +37,8 @@ for module in pkgutil.walk_packages(dressing_sim.__path__, "dressing_sim."):
             if error.name not in absent:
                 raise
         found += 1
-from dressing_sim.system import interrupt_blocked, processors
-with interrupt_blocked():
+from dressing_sim.system import starting_process, processors
+with starting_process():
     pass
 assert processors() >= 1
 print(found)
@@ -84,13 +84,13 @@ def test_without_fcntl_a_byte_is_locked(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be blocked here")
-def test_an_interrupt_waits_until_it_is_no_longer_blocked():
+def test_an_interrupt_waits_until_processes_are_started():
     reached = []
     # Whoever was begun in the background ignores Ctrl-C, and would so here.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def interrupted():
-        with system.interrupt_blocked():
+        with system.starting_process():
             # To this thread: another one, of a library, may not block it.
             signal.pthread_kill(threading.get_ident(), signal.SIGINT)
             reached.append("the end of the block")
@@ -99,6 +99,44 @@ def test_an_interrupt_waits_until_it_is_no_longer_blocked():
         interrupted()
     signal.signal(signal.SIGINT, before)
     assert reached
+
+
+def test_an_interrupt_that_another_thread_receives_waits_too():
+    reached = []
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def interrupted():
+        over = threading.Event()
+        other = threading.Thread(target=over.wait)  # it blocks nothing
+        other.start()
+        try:
+            with system.starting_process():
+                os.kill(os.getpid(), signal.SIGINT)
+                reached.append("the end of the block")
+        finally:
+            over.set()
+            other.join()
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    signal.signal(signal.SIGINT, before)
+    assert reached
+
+
+LEAVES = """
+import threading, time
+from dressing_sim import system
+with system.starting_process():
+    threading.Thread(target=system.leave, args=(3,)).start()
+    time.sleep(0.5)
+    print("started", flush=True)
+time.sleep(60)
+"""
+
+
+def test_who_leaves_starts_first_what_it_is_starting():
+    told = subprocess.run([sys.executable, "-c", LEAVES], capture_output=True, text=True)
+    assert (told.returncode, told.stdout, told.stderr) == (3, "started\n", "")
 
 
 def test_processors_are_those_that_this_process_may_use(monkeypatch):

@@ -38,9 +38,10 @@ from dressing_sim.policies.registry import make_policy, policy_origin
 from dressing_sim.system import (
     end_group,
     ignore_interrupt,
-    interrupt_blocked,
     lead_own_group,
+    leave,
     limit_own_resources,
+    starting_process,
 )
 
 #: How much the log of what policies print may grow to [bytes].
@@ -115,7 +116,7 @@ class Host:
         self._connection, other = context.Pipe()
         arguments = other, self._log, int(self.limits.memory * 2**30)
         self._process = context.Process(target=_serve, args=arguments, daemon=True)
-        with interrupt_blocked():
+        with starting_process():
             self._process.start()
         other.close()
         try:
@@ -201,7 +202,7 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])
-    os._exit(1)
+    leave(1)
 
 
 def described_error(error: BaseException) -> str:

@@ -16,7 +16,12 @@ from typing import Any, TypeVar
 from dressing_sim.errors import DressingSimError
 from dressing_sim.numerics import common_to_children, single_threaded
 from dressing_sim.numerics import numerics as worker_numerics
-from dressing_sim.system import check_may_start_processes, ignore_interrupt, interrupt_blocked
+from dressing_sim.system import (
+    check_may_start_processes,
+    ignore_interrupt,
+    leave,
+    starting_process,
+)
 
 Key = TypeVar("Key")
 
@@ -95,9 +100,8 @@ class Processes(Workers):
         return self._count
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        # Processes are started in here, and inherit what is blocked: a terminal sends Ctrl-C to
-        # all, but only this process answers it.
-        with interrupt_blocked(), common_to_children():
+        # The pool starts its processes in here. A terminal sends Ctrl-C to all; this one answers.
+        with starting_process(), common_to_children():
             return self._pool.submit(single_threaded, fn, *args, **kwargs)
 
     def renew(self) -> None:
@@ -120,7 +124,7 @@ def _heed(leash: connection.Connection) -> None:
 
     def watch() -> None:
         connection.wait([leash])
-        os._exit(1)
+        leave(1)
 
     threading.Thread(target=watch, daemon=True).start()
 

@@ -1,5 +1,6 @@
 import os
 import signal
+import subprocess
 import sys
 from concurrent.futures import BrokenExecutor, Future
 
@@ -153,3 +154,29 @@ def test_workers_leave_an_interrupt_to_their_parent(tmp_path):
 def test_a_call_has_one_thread_for_linear_algebra():
     with Processes(1) as workers:
         assert set(workers.submit(blas_threads).result()) == {1}
+
+
+INTERRUPTED = """
+import os, signal, threading
+from dressing_sim.benchmark.run.executors import Processes
+answered = 0
+if __name__ == "__main__":
+    for moment in range(24):
+        try:
+            with Processes(3) as workers:
+                interrupt = threading.Timer(moment / 1000, os.kill, (os.getpid(), signal.SIGINT))
+                interrupt.start()
+                workers.submit(abs, -1)
+                threading.Event().wait()
+        except KeyboardInterrupt:
+            answered += 1
+        interrupt.join()
+    print(answered)
+"""
+
+
+def test_an_interrupt_while_workers_start_leaves_none_that_complains(tmp_path):
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED)
+    told = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert (told.returncode, told.stdout, told.stderr) == (0, "24\n", "")
