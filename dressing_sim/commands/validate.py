@@ -11,6 +11,7 @@ def validate(
     suite: str = "val50",
     postures: int | None = None,
     settings: str | None = None,
+    left_out: str | None = None,
     garment: str | None = None,
     person: str | None = None,
     seed: int = 0,
@@ -35,6 +36,9 @@ def validate(
     or if the solver is more than 5 % off a converged one in strain or pull, or no dressing
     succeeds to tell.
 
+    With --left-out, the same joint commands are played again in a world that has one thing more.
+    Exit code 1 if fewer than 95 % of the verdicts are the same.
+
     Writes summary.json, episodes.jsonl, report.md, report.html and a plot.
 
     For example: dressing-sim validate --suite random:20:7 --json
@@ -48,6 +52,8 @@ def validate(
         postures: how many of them, from the first; by default all, and of val50 15.
         settings: all, or some of the settings to sweep, separated by commas; default, finest and
             tolerance 1e-12 (a converged solver) are always among them.
+        left_out: bending, self-contact (of the cloth), robot-contact (of the cloth with the robot's
+            links) or air-drag.
         garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
@@ -64,12 +70,19 @@ def validate(
     """
     from dressing_sim.benchmark.studies.agreement import REQUIRED_AGREEMENT, agreement_plan
     from dressing_sim.benchmark.studies.convergence import convergence_plan
+    from dressing_sim.benchmark.studies.left_out import left_out_plan
     from dressing_sim.commands.studies import carry_out
+    from dressing_sim.errors import InvalidInputError
 
     if postures is not None:
         check_positive("postures", postures)
     check_seed(seed)
-    if settings is None:
+    if left_out is not None:
+        if settings is not None:
+            raise InvalidInputError("--settings and --left-out: valid is one of them")
+        plan = left_out_plan(left_out, suite, postures, seed, garment, person)
+        plot = "agreement.svg"
+    elif settings is None:
         plan, plot = agreement_plan(suite, postures, seed, garment, person), "agreement.svg"
     else:
         wanted = [name for name in names(settings) if name]

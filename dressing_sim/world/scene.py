@@ -17,9 +17,10 @@ from dressing_sim.world.robot import Robot
 from dressing_sim.world.robot_spec import robot_spec
 from dressing_sim.world.sleeve import SleeveConfig, SleeveMesh, add_sleeve, sleeve_mesh, vertex_body
 
-# Contact bits. Cloth and robot both touch the mannequin; nothing else touches anything: the
-# fingers hold the cloth by the grip, and that the robot's links stay apart is not checked.
-_MANNEQUIN, _ROBOT, _CLOTH = 1, 2, 4
+# Contact bits. Cloth and robot both touch the mannequin; nothing else touches anything, unless the
+# cloth is to touch the robot as well: the fingers hold it by the grip, and that the robot's links
+# stay apart is not checked.
+_MANNEQUIN, _ROBOT, _CLOTH, _FINGERS = 1, 2, 4, 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,10 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
         anchors on the hand are not: they depend on where the hand is (see `World`).
     """
     spec = robot_spec(config.robot, contype=_ROBOT, conaffinity=_MANNEQUIN)
+    fingers = [spec.joint(name).parent for name in config.robot.fingers]
+    for body in (*fingers, spec.body(config.robot.tool)):
+        for geom in body.geoms:
+            geom.contype = _FINGERS
     spec.modelname = f"dressing {posture.name}"
     option = spec.option
     option.timestep = config.solver.timestep
@@ -115,9 +120,12 @@ def build_spec(posture: Posture, config: WorldConfig) -> tuple[mujoco.MjSpec, Sl
     option.impratio = config.solver.impratio
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
-    add_mannequin(spec, posture, config.sleeve.garment.fabric.friction, _MANNEQUIN, _ROBOT | _CLOTH)
+    friction = config.sleeve.garment.fabric.friction
+    add_mannequin(spec, posture, friction, _MANNEQUIN, _ROBOT | _FINGERS | _CLOTH)
     mesh = resting_sleeve(posture, config.sleeve)
-    add_sleeve(spec, config.sleeve, mesh, _CLOTH, _MANNEQUIN)
+    more = (config.sleeve.robot_contact, _ROBOT), (config.sleeve.self_contact, _CLOTH)
+    touched = _MANNEQUIN | sum(bit for touches, bit in more if touches)
+    add_sleeve(spec, config.sleeve, mesh, _CLOTH, touched)
     for vertex in mesh.gripped:
         spec.add_equality(
             name=grip_name(vertex),

@@ -17,7 +17,7 @@ from dressing_sim.world.kernels import fastest, is_sound, servo_torques
 from dressing_sim.world.mannequin import ARM_LINKS, LINKS
 from dressing_sim.world.person import Person
 from dressing_sim.world.scene import WorldConfig, build_spec, compiled, grip_name
-from dressing_sim.world.sleeve import FLEX, SleeveMesh, vertex_body
+from dressing_sim.world.sleeve import FLEX, SleeveMesh, drag_of_air, vertex_body
 
 #: Cutoff of the low pass in the force sensors of gripper and arm [Hz]: own choice, of the order of
 #: the filters that force-torque sensors at a robot's wrist are read with. Chatter between two
@@ -95,6 +95,7 @@ class World:
         dof = model.joint(f"{vertex_body(0)}_x").dofadr[0]
         self._cloth_dofs = slice(dof, dof + 3 * len(mesh.vertices))
         self._vertices = slice(first, first + len(mesh.vertices))
+        self._drag = drag_of_air(mesh, config.sleeve.garment) if config.sleeve.air_drag else None
         self._contacts = ContactReader(model)
         self.robot_links = self._contacts.robot_links
         self._arm_geoms = np.array(
@@ -197,6 +198,10 @@ class World:
         if self._person is not None:
             since = self._moves_since
             self._person.lead(self.data, None if since is None else self.time - since)
+        if self._drag is not None:
+            moves = self.data.qvel[self._cloth_dofs].reshape(-1, 3)
+            resists = self._drag * np.linalg.norm(moves, axis=1)
+            self.data.qfrc_applied[self._cloth_dofs] = -(resists[:, None] * moves).ravel()
         mujoco.mj_step(self.model, self.data)
         rows = self._grip_rows
         grip = rows.start, rows.stop if self.holding else rows.start

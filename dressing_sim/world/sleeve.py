@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.checks import real_vector
-from dressing_sim.config import check_kinds
+from dressing_sim.config import LATER, check_kinds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.world.garment import Garment
 
@@ -22,6 +22,13 @@ FLEX = "sleeve"
 
 #: MuJoCo's codes for what of a sheet is elastic.
 _STRETCHING, _BOTH = 2, 3
+
+#: Its way to find which of a sheet's triangles touch each other.
+_TOUCHING = mujoco.mjtFlexSelf.mjFLEXSELF_AUTO
+
+#: Density of air at 20 degrees Celsius [kg / m^3], and what a flat plate across the stream has for
+#: a drag coefficient (Hoerner 1965, Fluid-Dynamic Drag, chapter 3).
+_AIR, _PLATE = 1.204, 1.17
 
 #: MuJoCo's least impedance of a contact.
 _LEAST_IMPEDANCE = 0.0001
@@ -66,6 +73,12 @@ class SleeveConfig:
     bending: bool = False
     """Whether bending is simulated. Jersey bends under its weight over 22 mm, less than an edge of
     the mesh, and it costs half as much again."""
+    self_contact: bool = field(default=False, metadata=LATER)
+    """Whether the cloth touches itself."""
+    robot_contact: bool = field(default=False, metadata=LATER)
+    """Whether the cloth touches the robot's links, but for what holds it, the fingers."""
+    air_drag: bool = field(default=False, metadata=LATER)
+    """Whether still air resists the cloth, see `drag_of_air`."""
 
     def __post_init__(self) -> None:
         check_kinds(self, "sleeve")
@@ -282,6 +295,16 @@ def _graded(patch: float, inside: int, total: float, cells: int) -> NDArray[np.f
     return np.concatenate([held, np.linspace(patch, total, cells - inside + 1)[1:]])
 
 
+def drag_of_air(mesh: SleeveMesh, garment: Garment) -> NDArray[np.float64]:
+    """Drag of each vertex by its speed squared, (n_vertices,) [N s^2 / m^2].
+
+    ``rho c A / 2``, as if the cloth moved broadside on wherever it moves: more than it is.
+    """
+    areas = mesh.masses / garment.fabric.areal_density
+    drag: NDArray[np.float64] = 0.5 * _AIR * _PLATE * areas
+    return drag
+
+
 def vertex_body(index: int) -> str:
     """Name of the body that carries a vertex."""
     return f"{FLEX}_{index}"
@@ -335,6 +358,6 @@ def add_sleeve(
             _POWER,
         ],
         margin=config.contact_depth,
-        selfcollide=mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
+        selfcollide=_TOUCHING if config.self_contact else mujoco.mjtFlexSelf.mjFLEXSELF_NONE,
         rgba=[0.20, 0.42, 0.75, 1.0],
     )

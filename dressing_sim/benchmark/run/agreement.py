@@ -21,8 +21,8 @@ RELATIVE = 1e-6
 #: rounding has no relation to its own size.
 SMALL = 1e-3
 
-#: A recorded line has them, but they are no measurements.
-_NOT_MEASURED = ("versions", "provenance")
+#: A recorded line has them, but they say nothing of the episode; times are the machine's.
+_NOT_COMPARED = ("versions", "provenance", "seconds")
 
 #: More differences than this are counted only.
 _LISTED = 12
@@ -65,7 +65,7 @@ def compare(recorded: Mapping[str, Any], now: Mapping[str, Any], numerics: str =
     `numerics` is in what the numerics differ; if it is empty, every bit must be the same.
     """
     before, after = (
-        dict(_leaves({name: line[name] for name in line if name not in _NOT_MEASURED}))
+        {n: leaf for n, leaf in _leaves(line) if not set(n.split(".")) & set(_NOT_COMPARED)}
         for line in (recorded, now)
     )
     apart = {name: _apart(name, before, after) for name in _unequal(before, after)}

@@ -185,6 +185,10 @@ class Agreement(EpisodeStudy):
 
     work: Work = field(default_factory=lambda: Work(dress=dress_again))
 
+    def other(self, plan: Plan) -> EpisodeConfig:
+        """The world that verdicts are compared with."""
+        return reference(plan.config)
+
     def summarise(self, folder: RunFolder, results: Sequence[EpisodeResult]) -> dict[str, Any]:
         """The share of equal verdicts, and which differ."""
         plan = folder.plan
@@ -201,7 +205,7 @@ class Agreement(EpisodeStudy):
                 "postures": len(plan.tested),
                 "seed": plan.seed,
                 "episode": to_plain(plan.config),
-                "reference": to_plain(reference(plan.config)),
+                "reference": to_plain(self.other(plan)),
             },
         }
 

@@ -27,6 +27,12 @@ NOTE = (
     "default's by the reference's."
 )
 
+NOTE_OF_LEFT_OUT = (
+    "The same joint commands are played in both worlds; the reference has one thing more. p: "
+    "McNemar's, of as many verdicts that differ in one direction as in the other. Cost: CPU time, "
+    "the default's by the reference's."
+)
+
 #: What stands of each row.
 _ROWS: Mapping[str, Column] = {
     "policy": "{policy}",
@@ -55,13 +61,31 @@ def agreement_document(
     results: Sequence[EpisodeResult], summary: Mapping[str, Any], command: str
 ) -> Document:
     """The report; the summary is as from `dressing_sim.benchmark.studies.agreement`."""
+    return _document("Agreement with a finer simulation", NOTE, results, summary, command)
+
+
+def left_out_document(
+    results: Sequence[EpisodeResult], summary: Mapping[str, Any], command: str
+) -> Document:
+    """The report; the summary is as from `dressing_sim.benchmark.studies.left_out`."""
+    title = f"Agreement with a simulation that has {summary['left_out']}"
+    return _document(title, NOTE_OF_LEFT_OUT, results, summary, command)
+
+
+def _document(
+    title: str,
+    note: str,
+    results: Sequence[EpisodeResult],
+    summary: Mapping[str, Any],
+    command: str,
+) -> Document:
     found = Table(agreement_differing(summary)) if summary["differing"] else Paragraph("None.")
     return Document(
-        "Agreement with a finer simulation",
+        title,
         command,
         (Paragraph(headline(summary)), Table(agreement_table(summary))),
         (
-            Section("What the numbers are", (Paragraph(NOTE), agreement_plot(results))),
+            Section("What the numbers are", (Paragraph(note), agreement_plot(results))),
             Section("Episodes whose verdicts differ", (found,)),
             config_section(summary),
         ),
@@ -74,14 +98,22 @@ def headline(summary: Mapping[str, Any]) -> str:
     if told["agreement"] is None:
         return "Nothing can be said: every episode is void."
     low, high = told["agreement_ci95"]
+    more = summary.get("left_out")
+    other, there = "the reference", "in the reference"
+    if more is not None:
+        other, there = f"one that has {more}", "with it"
     text = (
-        "The default world and the reference agree on {n_agree} of {n_episodes} verdicts "
+        "The default world and {other} agree on {n_agree} of {n_episodes} verdicts "
         "({agreement:.1%}, 95 % interval {low:.1%} to {high:.1%}); {n_only_default} dressed only "
-        "in the default, {n_only_reference} only in the reference (p = {mcnemar_p:.2f}); "
-        "{undecided} more are undecided (with them {agreement_with_undecided:.1%}). "
+        "in the default, {n_only_reference} only {there} (p = {mcnemar_p:.2f})"
     )
+    if told["undecided"]:
+        text += "; {undecided} more are undecided (with them {agreement_with_undecided:.1%})"
+    text += ". "
     cost = "" if told["cost_ratio"] is None else "The default costs {cost_ratio:.2f} of it."
-    return spaced(text + cost, {**told, "low": low, "high": high}).strip()
+    return spaced(
+        text + cost, {**told, "low": low, "high": high, "other": other, "there": there}
+    ).strip()
 
 
 def agreement_table(summary: Mapping[str, Any]) -> Cells:

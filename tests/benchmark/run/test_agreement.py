@@ -90,6 +90,13 @@ def test_versions_and_provenance_are_no_measurements():
     assert compare(RECORDED, line).differences == []
 
 
+def test_times_are_the_machines():
+    timed = [{**RECORDED, "extra": {"seconds": [n, 2.0], "decided": True}} for n in (1.0, 9.0)]
+    assert compare(*timed).differences == []
+    other = {**timed[0], "extra": {"seconds": [1.0, 2.0], "decided": False}}
+    assert compare(timed[0], other).differences
+
+
 NESTED = {"a": {"b": [1, {"c": 0.1}], "d": None}, "e": "text", "f": [], "g": {}, "h": nan}
 
 
