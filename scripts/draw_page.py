@@ -36,6 +36,7 @@ def main(file: Path) -> None:
             )
             assert past, session.error
             session.pause()
+            page.wait_for_likeness(LONG)
             page.wait_until_drawn(LONG)
             tab.says("time stands still", LONG)
             tab.settle()

@@ -93,7 +93,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "agreement": lambda summary: markdown_table(agreement_table(summary)),
     "disagreement": lambda summary: markdown_table(agreement_differing(summary)),
     "thresholds": lambda summary: markdown_table(sensitivity_table(summary, sources=True)),
-    "trials": lambda summary: markdown_table(trials_table(summary, most=4)),
+    "chosen": lambda summary: markdown_table(trials_table(summary, most=1)),
     "turned": lambda summary: markdown_table(turned_table(summary)),
 }
 

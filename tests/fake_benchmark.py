@@ -31,8 +31,8 @@ from dressing_sim.benchmark.studies.study import run_jobs
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.cli import main
 from dressing_sim.episode.demonstration import Demonstration
-from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.outcome import Failure, Outcome
+from dressing_sim.policies.expert import operator_of
 from dressing_sim.world.scene import grip_start
 
 #: A condition that does not come true in this time fails the test [s]; it is never slept through.
@@ -78,18 +78,18 @@ class FakePolicy:
         self.learned = name, seed, [(d.posture.name, d.seed) for d in demonstrations]
 
 
-def fake_demonstrate(folder, plan_seed, posture, number, config):
+def fake_demonstrate(folder, plan_seed, posture, number, config, style=""):
     seed = demonstration_seed(plan_seed, posture, number, 0)
     obey(folder, f"demonstration-{posture.name}")
     line = np.linspace(posture.wrist, posture.shoulder, 30) + seed * 1e-12
     return Demonstration(line, 0.05, posture, seed, np.zeros((30, 7)))
 
 
-def steady_demonstrate(plan_seed, posture, number, config):
+def steady_demonstrate(plan_seed, posture, number, config, style=""):
     """What the operator would do, without a world."""
     seed = demonstration_seed(plan_seed, posture, number, 0)
     start = grip_start(posture, config.world.sleeve)
-    path = Operator().path(posture, start, np.random.default_rng(seed))
+    path = operator_of(style).path(posture, start, np.random.default_rng(seed))
     return Demonstration(path, 0.02, posture, seed, np.zeros((len(path), 7)))
 
 

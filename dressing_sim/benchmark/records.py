@@ -41,7 +41,7 @@ class Entry:
     Attributes:
         policy: Name of the policy, with hyper-parameters after a ``?`` if others than usual.
         demonstrations: Suite of the postures it learned from, ``NAME:n`` for the first n of them,
-            or None for the expert.
+            with the operator's style after a ``?`` if it is another; None for the expert.
         variation: What is drawn anew for each episode, or fixed, see `dressing_sim.episode.vary`.
         inputs: The policy's class of inputs; a plan says it, and rows are the same whatever it is.
     """

@@ -29,7 +29,7 @@ def confidence(
     For example: dressing-sim confidence results/training results/evaluate
 
     Args:
-        training: folder of a finished run on postures for training, such as random:200:7.
+        training: folder of a finished run on postures for training, such as train200.
         tested: folder of a finished run of the same policies on other postures.
         workers: processes, as many as processors unless given; the results do not depend on it.
         out: folder for the results; a finished run of the same study in it is replaced.

@@ -58,8 +58,8 @@ def evaluate(
 
     Args:
         protocol: which policies learn from which demonstrations: paper, full, budget, friction,
-            noise, robust, settings, rivals, moving, compliant; or paper-cost, what the learning
-            costs without dressing anybody.
+            noise, robust, styles, fair, settings, rivals, moving, compliant; or paper-cost, what
+            the learning costs without dressing anybody.
         suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...
@@ -67,7 +67,8 @@ def evaluate(
         variation: factors drawn anew for each episode, separated by commas: friction, fabric,
             garment, arm, grasp, frames; or fixed in all: friction=0.6, arm=female_small.
         demonstrations: what every policy learns from instead of the protocol's: suites, such as
-            case_a or case_a,baseline7:3, or a file as dressing-sim demonstrate writes it.
+            case_a or case_a,baseline7:3, perhaps with the operator's style (case_a?speed=0.16),
+            or a file as dressing-sim demonstrate writes it.
         garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is under test: male, female_small, child-ten, tall-man, or a TOML file

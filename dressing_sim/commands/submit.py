@@ -23,8 +23,8 @@ def submit(
     The file holds the run's config, its rows, every episode's line, checksums, and your own
     demonstrations if it has some; built-in ones are recorded again from their seeds. Refused are
     runs that cannot be compared: unfinished ones, other suites than paper5, test200 and hard_elbow,
-    another seed than 0, and runs with --variation, --garment, --person, or other limits of time and
-    memory.
+    another seed than 0, and runs with --variation, --garment, --person, --robot, or other limits of
+    time and memory.
 
     For example: dressing-sim submit results/mine --name Ada --date 2027-01-31 --out ada.json
 

@@ -25,7 +25,7 @@ def thresholds(
     """Measure how success rates, and the ranking of policies, hang on each threshold of success.
 
     Every episode is simulated once, on after limits were exceeded, and judged with each threshold
-    multiplied by 0.5 to 1.5. Writes episodes.jsonl, summary.json, report.md, report.html and
+    multiplied by 0.5 to 2. Writes episodes.jsonl, summary.json, report.md, report.html and
     thresholds.svg.
 
     For example: dressing-sim thresholds

@@ -11,7 +11,7 @@ def validate(
     suite: str = "val50",
     postures: int | None = None,
     settings: str | None = None,
-    left_out: str | None = None,
+    change: str | None = None,
     garment: str | None = None,
     person: str | None = None,
     seed: int = 0,
@@ -36,14 +36,16 @@ def validate(
     or if the solver is more than 5 % off a converged one in strain or pull, or no dressing
     succeeds to tell.
 
-    With --left-out, the same joint commands are played again in a world that has one thing more.
-    Exit code 1 if fewer than 95 % of the verdicts are the same.
+    With --change, the same joint commands are played again in a world with that change. Exit code
+    1 if fewer than 95 % of the verdicts are the same.
 
     Writes summary.json, episodes.jsonl, report.md, report.html and a plot.
 
     For example: dressing-sim validate --suite random:20:7 --json
 
     Or: dressing-sim validate --settings all
+
+    Or: dressing-sim validate --change self_contact=true --out results/self-contact
 
     Or: dressing-sim validate --garment gown.toml --person ada.toml --out results/ada
 
@@ -52,8 +54,8 @@ def validate(
         postures: how many of them, from the first; by default all, and of val50 15.
         settings: all, or some of the settings to sweep, separated by commas; default, finest and
             tolerance 1e-12 (a converged solver) are always among them.
-        left_out: bending, self-contact (of the cloth), robot-contact (of the cloth with the robot's
-            links) or air-drag.
+        change: name=value&... of the cloth or the solver, such as self_contact=true, air_drag=true,
+            edge=0.04, timestep=0.005 or tolerance=1e-7.
         garment: what is put on, in demonstrations too: tshirt-m, tshirt-l, tshirt-xl, long-sleeve,
             tshirt-m-body, hospital-gown, or a TOML file with a tape measure's sizes.
         person: whose arm is dressed: male, female_small, child-ten, tall-man, or a TOML file
@@ -69,18 +71,18 @@ def validate(
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.agreement import REQUIRED_AGREEMENT, agreement_plan
+    from dressing_sim.benchmark.studies.change import change_plan
     from dressing_sim.benchmark.studies.convergence import convergence_plan
-    from dressing_sim.benchmark.studies.left_out import left_out_plan
     from dressing_sim.commands.studies import carry_out
     from dressing_sim.errors import InvalidInputError
 
     if postures is not None:
         check_positive("postures", postures)
     check_seed(seed)
-    if left_out is not None:
+    if change is not None:
         if settings is not None:
-            raise InvalidInputError("--settings and --left-out: valid is one of them")
-        plan = left_out_plan(left_out, suite, postures, seed, garment, person)
+            raise InvalidInputError("--settings and --change: valid is one of them")
+        plan = change_plan(change, suite, postures, seed, garment, person)
         plot = "agreement.svg"
     elif settings is None:
         plan, plot = agreement_plan(suite, postures, seed, garment, person), "agreement.svg"

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from dressing_sim.episode.operator import Operator, OperatorConfig
+from dressing_sim.policies.hyperparameters import changed
 
 EXPERT = "expert"
 
@@ -25,3 +26,16 @@ class ExpertConfig:
 
 
 POLICIES: Mapping[str, ExpertConfig] = {EXPERT: ExpertConfig()}
+
+
+def operator_of(style: str) -> Operator:
+    """The operator; of another style with what stands after ``expert?``.
+
+    Args:
+        style: ``name=value&...``, fields of `OperatorConfig`; empty for the usual one.
+
+    Raises:
+        InvalidInputError: An unknown name, or a value that cannot be.
+    """
+    config = POLICIES[EXPERT]
+    return (changed(config, style) if style else config).make()

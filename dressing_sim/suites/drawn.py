@@ -85,6 +85,13 @@ DRAWN_SUITES: Mapping[str, DrawnSuite] = {
         seed=3,
         distribution=PostureDistribution(elbow_deg=(60.0, 90.0)),
     ),
+    "train200": DrawnSuite(
+        "Two hundred random postures to train a judge on, with elbows bent by up to 90 degrees.",
+        "train",
+        200,
+        seed=6,
+        distribution=PostureDistribution(elbow_deg=(5.0, 90.0)),
+    ),
     "moving": DrawnSuite(
         "Fifty random postures of people who drift and sway.",
         "moving",

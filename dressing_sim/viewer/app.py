@@ -7,18 +7,20 @@ import logging
 import socket
 import threading
 import time
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dressing_sim.arm import Posture
 from dressing_sim.checks import whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.extras import needed
 from dressing_sim.viewer.panels import ArmPanel, Plots, TimePanel, when_pressed
 from dressing_sim.viewer.run_panel import RunPanel
 from dressing_sim.viewer.session import Session
-from dressing_sim.viewer.shapes import Robot
+from dressing_sim.viewer.shapes import Mesh, Robot, likeness
 from dressing_sim.viewer.stage import Stage
 from dressing_sim.viewer.teach_panel import TeachPanel
 from dressing_sim.viewer.words import state, strain_legend
@@ -30,6 +32,9 @@ _LOG = logging.getLogger("dressing_sim")
 
 #: Pictures a second that are sent, and plots.
 _FPS, _PLOTS = 25.0, 3.0
+
+#: An arm that stands still for so long, or twice, is drawn as in films [s].
+_STILL = 0.3
 
 
 def check_port(host: str, port: int) -> None:
@@ -113,9 +118,10 @@ class Page:
         self._closed, self._robot_there = threading.Event(), threading.Event()
         self._painted, self._seen = threading.Condition(), -1
         self._plotted = 0.0
+        self._portrait: tuple[Posture, Mapping[str, Mesh]] | None = None
         self._threads = [
             threading.Thread(target=work, name=f"page-{work.__name__}", daemon=True)
-            for work in (self._paint, self._load_robot)
+            for work in (self._paint, self._load_robot, self._portray)
         ]
         for thread in self._threads:
             thread.start()
@@ -194,6 +200,28 @@ class Page:
         self._robot_there.set()
         self.session.tell()
 
+    def wait_for_likeness(self, timeout: float) -> bool:
+        """Wait until the person is drawn as in films, if its arm stays as it is; whether it is."""
+        with self._painted:
+            return self._painted.wait_for(lambda: self._stage.portrayed, timeout)
+
+    def _portray(self) -> None:
+        """Prepare the person as films draw it, whenever its arm has been still for a moment."""
+        seen: Posture | None = None
+        while not self._closed.wait(_STILL):
+            before, seen = seen, self._posture()
+            drawn = None if self._portrait is None else self._portrait[0]
+            if seen is not None and seen == before != drawn:
+                self._portrait = seen, likeness(seen)
+                self.session.tell()
+
+    def _posture(self) -> Posture | None:
+        """The arm that is looked at."""
+        live, preview = self.session.live, self.session.preview
+        if self.session.showing and live is not None:
+            return live.dressing.posture
+        return None if preview is None else preview.posture
+
     def _paint(self) -> None:
         while not self._closed.is_set():
             now = self.session.news(self._seen, 0.2)
@@ -234,6 +262,8 @@ class Page:
             stage.draw_handles(bend=True, leader=None)
             if session.rest is not None:
                 stage.draw_robot(session.rest)
+        if self._portrait is not None:
+            stage.draw_likeness(*self._portrait)
 
     def _tell(self) -> None:
         session = self.session

@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.pictures.person import FLOOR
+
 if TYPE_CHECKING:
     import viser
+
+
+#: Height of a person's shoulder about which suites draw their postures [m].
+_SHOULDER = 0.24
+
+#: Where the floor is [m].
+_GROUND = _SHOULDER - FLOOR
 
 
 def furnish(scene: viser.SceneApi) -> None:
@@ -25,13 +34,13 @@ def furnish(scene: viser.SceneApi) -> None:
         "/floor",
         width=4.0,
         height=4.0,
-        position=(0.3, 0.0, -0.45),
+        position=(0.3, 0.0, _GROUND),
         cell_size=0.25,
         cell_color=(190, 196, 203),
         section_color=(165, 172, 180),
     )
-    scene.add_box("/table", (92, 98, 108), (0.32, 0.32, 0.45), position=(-0.03, 0.0, -0.226))
-    scene.add_box("/stool", (92, 98, 108), (0.42, 0.36, 0.06), position=(0.7, -0.26, -0.29))
+    stand = (0.32, 0.32, -_GROUND)
+    scene.add_box("/table", (92, 98, 108), stand, position=(-0.03, 0.0, 0.5 * _GROUND - 0.001))
 
 
 def _backdrop() -> NDArray[np.uint8]:

@@ -5,30 +5,36 @@ Only what has changed is sent.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from dressing_sim.arm import Posture
+from dressing_sim.arm import LEFT, UP, Posture
 from dressing_sim.path import Path
+from dressing_sim.pictures.person import SEAT
 from dressing_sim.viewer.leaders import ByHand
 from dressing_sim.viewer.live import Live, Moment
 from dressing_sim.viewer.preview import Preview
 from dressing_sim.viewer.scenery import furnish
 from dressing_sim.viewer.shapes import (
     Cloth,
+    Mesh,
     Robot,
     person,
     strain_colours,
 )
 from dressing_sim.viewer.signs import Signs
+from dressing_sim.world.mannequin import SHOULDER_TO_MIDLINE
 from dressing_sim.world.sleeve import SleeveMesh
 
 if TYPE_CHECKING:
     import viser
+
+#: Size of what the person sits on, and how far its middle is below the shoulder [m].
+_STOOL, _SEATED = (0.36, 0.40, 0.06), SEAT + 0.035
 
 Points = NDArray[np.float64] | NDArray[np.float32]
 
@@ -53,6 +59,7 @@ class Stage:
         gripper: Arrows to drag the gripper along one axis.
         ball: Drag it to lead the gripper anywhere.
         held: Name of the handle that is being dragged, or None.
+        portrayed: Whether the person is drawn as in films, not as capsules.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -67,6 +74,8 @@ class Stage:
             name: scene.add_mesh_simple(f"/person/{name}", m.vertices, m.faces, color=m.colour)
             for name, m in first.items()
         }
+        self._likeness: dict[str, viser.MeshHandle] = {}
+        self._stool = scene.add_box("/person/stool", (70, 76, 86), _STOOL)
         none = np.zeros((3, 3), dtype=np.float32)
         self._cloth = [
             scene.add_mesh_simple(
@@ -92,6 +101,7 @@ class Stage:
         )
         self.gripper.visible = False
         self.held: str | None = None
+        self.portrayed = False
         self._robot: Robot | None = None
         self._links: dict[str, viser.FrameHandle] = {}
         self._drawn: dict[str, object] = {}
@@ -120,16 +130,37 @@ class Stage:
 
     def draw_arm(self, posture: Posture) -> None:
         """The person, its frames, and the handles to bend the arm with."""
-        if not self._news("posture", posture):
+        if self._drawn.get("posture") == posture:
             return
+        self._drawn["posture"] = posture
         for name, mesh in person(posture).items():
             self._person[name].vertices = mesh.vertices
+            self._person[name].visible = True
+        for mesh_handle in self._likeness.values():
+            mesh_handle.visible = False
+        self.portrayed = False
+        self._stool.position = posture.shoulder - SHOULDER_TO_MIDLINE * LEFT - _SEATED * UP
         for name, frame in zip(self._frames, posture.frames(), strict=True):
             self._frames[name].position = frame.b
             self._frames[name].wxyz = Rotation.from_matrix(frame.A).as_quat(scalar_first=True)
         for name, handle in (("elbow", self.elbow), ("wrist", self.wrist)):
             if name != self.held:  # it is where the mouse is
                 handle.position = getattr(posture, name)
+
+    def draw_likeness(self, posture: Posture, meshes: Mapping[str, Mesh]) -> None:
+        """The person as films draw it, in place of its capsules, while this is its posture."""
+        if self.portrayed or self._drawn.get("posture") != posture:
+            return
+        for name, mesh in meshes.items():
+            if name not in self._likeness:
+                self._likeness[name] = self._scene.add_mesh_simple(
+                    f"/person/drawn/{name}", mesh.vertices, mesh.faces, color=mesh.colour
+                )
+            handle = self._likeness[name]
+            handle.vertices, handle.faces, handle.visible = mesh.vertices, mesh.faces, True
+        for capsules in self._person.values():
+            capsules.visible = False
+        self.portrayed = True
 
     def hold(self, name: str | None) -> None:
         """Somebody begins to drag a handle, or lets it go: it then snaps back to its place."""

@@ -36,6 +36,7 @@ def test_there_are_the_suites_of_the_paper_and_larger_ones():
         "val50": 50,
         "test200": 200,
         "hard_elbow": 50,
+        "train200": 200,
         "moving": 50,
         "compliant": 50,
     }

@@ -2,6 +2,7 @@
 
 import io
 import time
+from dataclasses import replace
 
 import imageio.v3 as imageio
 import numpy as np
@@ -66,6 +67,35 @@ def test_a_slider_bends_the_arm_and_its_path_follows(tab, page):
     assert session.preview.path is not None
     assert colours(tab) > 10
     assert tab.console == []
+
+
+def test_a_person_whose_arm_is_still_is_drawn_as_in_films(page):
+    session, stage = page.session, page._stage
+    usual = Choices(policy="expert")
+    bent = replace(usual, posture=replace(usual.posture, elbow_deg=80.0))
+    for choices in (usual, bent):
+        session.choose(choices)
+        assert session.wait(lambda: session.preview.choices is session.choices, LONG)
+        page.wait_until_drawn(LONG)
+        assert page.wait_for_likeness(LONG)
+        assert not any(handle.visible for handle in stage._person.values())
+        # Skin lies where the arm is simulated.
+        skin = stage._likeness["skin"].vertices
+        for joint in (choices.posture.elbow, choices.posture.shoulder):
+            nearest = np.linalg.norm(skin - joint, axis=1).min()
+            assert nearest < 1.2 * choices.posture.arm_size.upper_arm_radius
+
+
+def test_while_somebody_bends_it_the_arm_is_one_of_capsules(page):
+    session, stage = page.session, page._stage
+    posture = session.choices.posture
+    for bend in np.linspace(20.0, 60.0, 9):
+        session.choose(replace(session.choices, posture=replace(posture, elbow_deg=bend)))
+        assert session.wait(lambda: session.preview.choices is session.choices, LONG)
+        page.wait_until_drawn(LONG)
+        handles = stage._likeness.values() if stage.portrayed else stage._person.values()
+        assert all(handle.visible for handle in handles)
+    assert page.wait_for_likeness(LONG)
 
 
 def pixel(tab, page, place):

@@ -3,7 +3,15 @@ import pytest
 
 from dressing_sim.arm import Posture
 from dressing_sim.suites.suites import load_suite
-from dressing_sim.viewer.shapes import N_COLOURS, Cloth, capsule, coarser, person, read_obj
+from dressing_sim.viewer.shapes import (
+    N_COLOURS,
+    Cloth,
+    capsule,
+    coarser,
+    likeness,
+    person,
+    read_obj,
+)
 from dressing_sim.world.scene import WorldConfig, resting_sleeve
 
 
@@ -23,6 +31,18 @@ def test_all_postures_have_as_many_vertices_and_faces():
         for posture in load_suite("paper5")
     }
     assert len(shapes) == 1
+
+
+def test_a_likeness_is_whole_and_goes_with_its_arm():
+    for posture in load_suite("paper5")[:2]:
+        parts = likeness(posture)
+        assert {"skin", "shirt", "trousers"} <= set(parts)
+        for mesh in parts.values():
+            assert mesh.faces.max() == len(mesh.vertices) - 1
+            assert np.isfinite(mesh.vertices).all()
+        points = np.concatenate([mesh.vertices for mesh in parts.values()])
+        for joint in (posture.wrist, posture.elbow, posture.shoulder):
+            assert np.linalg.norm(points - joint, axis=1).min() < 0.07
 
 
 def test_every_triangle_of_the_cloth_is_drawn_in_one_colour_that_rises_with_strain():

@@ -11,6 +11,7 @@ import numpy as np
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.statistics import compare
 from dressing_sim.benchmark.records import Entry
+from dressing_sim.policies.hyperparameters import split_name
 
 #: The policy without synthetic demonstrations; the names of augmented ones begin with it.
 INITIAL = "tp-gmm"
@@ -32,7 +33,8 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
     ``baseline`` (against seven demonstrations), ``case`` (case A against case B), all four under
     the same variation, tuned rows with tuned ones; ``variation`` (a row under variation against the
     same row without); ``settings`` (a policy with hyper-parameters after a ``?`` against the same
-    row without); ``tuning`` (a tuned row against the same as published).
+    row without); ``tuning`` (a tuned row against the same as published); ``style`` (learned from
+    an operator of another style against the usual one).
 
     Args:
         episodes: Those of a protocol.
@@ -85,6 +87,11 @@ def _other_case(entry: Entry) -> Entry:
     return replace(entry, demonstrations="case_b") if entry.demonstrations == "case_a" else entry
 
 
+def _usual_operator(entry: Entry) -> Entry:
+    suite = split_name(entry.demonstrations)[0] if entry.demonstrations else None
+    return replace(entry, demonstrations=suite)
+
+
 #: What a row is compared with, itself if with nothing, by kind.
 _PARTNERS: Mapping[str, Callable[[Entry, Collection[Entry]], Entry]] = {
     "augmentation": lambda entry, _: _same_demonstrations(entry, augmented=True),
@@ -94,4 +101,5 @@ _PARTNERS: Mapping[str, Callable[[Entry, Collection[Entry]], Entry]] = {
     "variation": lambda entry, _: replace(entry, variation=()),
     "settings": lambda entry, _: replace(entry, policy=entry.stem),
     "tuning": lambda entry, _: entry.untuned,
+    "style": lambda entry, _: _usual_operator(entry),
 }

@@ -17,8 +17,10 @@ from dressing_sim.episode.demonstration import load_demonstrations
 from dressing_sim.episode.variation import check_factors, vary
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.inputs import inputs_of
+from dressing_sim.policies.expert import operator_of
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.policies.hosted import hosted_policy
+from dressing_sim.policies.hyperparameters import split_name
 from dressing_sim.policies.registry import learns
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
@@ -185,17 +187,31 @@ def make_plan(
             )
     protocol = replace(protocol, entries=tuple(entries))
     suites = dict.fromkeys(e.demonstrations for e in protocol.entries if e.demonstrations)
+    for name in suites.keys() - known:
+        operator_of(style_of(name))
     return Plan(
         protocol,
         seed,
         config or EpisodeConfig(),
         tuple(load_suite(protocol.suite)),
-        {n: known[n] if n in known else tuple(demonstration_postures(n)) for n in suites},
+        {n: known[n] if n in known else _postures(n) for n in suites},
         options or {},
         policy_limits or PolicyLimits(),
         own,
         own_files,
     )
+
+
+def style_of(demonstrations: str) -> str:
+    """How the operator demonstrates: in ``case_a?speed=0.16`` what stands after the ``?``.
+
+    The text is as for `dressing_sim.policies.expert.operator_of`: empty for the usual style.
+    """
+    return split_name(demonstrations)[1] or ""
+
+
+def _postures(demonstrations: str) -> tuple[Posture, ...]:
+    return tuple(demonstration_postures(split_name(demonstrations)[0]))
 
 
 def dressing_person(plan: Plan, person: str | None) -> Plan:

@@ -15,7 +15,13 @@ from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult, Json
 from dressing_sim.benchmark.run.cache import cached_demonstration
 from dressing_sim.benchmark.run.executors import WorkerDied, Workers, completed
-from dressing_sim.benchmark.run.plan import Job, Plan, demonstration_seed, fitting_seed
+from dressing_sim.benchmark.run.plan import (
+    Job,
+    Plan,
+    demonstration_seed,
+    fitting_seed,
+    style_of,
+)
 from dressing_sim.benchmark.run.progress import Progress, silent
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder
 from dressing_sim.config import to_plain
@@ -32,6 +38,7 @@ from dressing_sim.episode.rollout import Observer
 from dressing_sim.episode.rules import UNANSWERED
 from dressing_sim.errors import Abstained, DressingSimError, PolicyError
 from dressing_sim.learning import Policy
+from dressing_sim.policies.expert import operator_of
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.policies.hosted import Unfit, hosted_policy
 
@@ -42,25 +49,32 @@ ATTEMPTS = 5
 
 
 def record_demonstration(
-    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
+    plan_seed: int,
+    posture: Posture,
+    demonstration_set: int,
+    config: EpisodeConfig,
+    style: str = "",
 ) -> Demonstration:
     """Demonstrate until it succeeds, as a person would; or as it was demonstrated before.
+
+    The style is the operator's, see `dressing_sim.policies.expert.operator_of`.
 
     Raises:
         DressingSimError: It failed `ATTEMPTS` times.
     """
-    place = plan_seed, posture, demonstration_set, config
-    key = [plan_seed, posture.to_dict(), demonstration_set, to_plain(config)]
+    place = plan_seed, posture, demonstration_set, config, style
+    key = [plan_seed, posture.to_dict(), demonstration_set, to_plain(config), style]
     return cached_demonstration(key, partial(_record_demonstration, *place))
 
 
 def _record_demonstration(
-    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig
+    plan_seed: int, posture: Posture, demonstration_set: int, config: EpisodeConfig, style: str
 ) -> Demonstration:
+    operator = operator_of(style)
     for attempt in range(ATTEMPTS):
         seed = demonstration_seed(plan_seed, posture, demonstration_set, attempt)
         try:
-            demonstration = demonstrate(posture, seed, None, config)
+            demonstration = demonstrate(posture, seed, operator, config)
         except DemonstrationFailed as error:
             outcome = error.outcome
             continue
@@ -131,9 +145,10 @@ def job_result(
 class Work:
     """What workers are asked to do; functions of modules, as other processes must find them."""
 
-    demonstrate: Callable[[int, Posture, int, EpisodeConfig], Demonstration] = record_demonstration
+    demonstrate: Callable[..., Demonstration] = record_demonstration  # as `record_demonstration`
     fit: Callable[..., Policy] = fit_policy  # as `fit_policy`
     dress: Callable[..., EpisodeResult] = dress_job  # as `dress_job`
+    prepare: Callable[[], None] | None = None  # one worker does it while others demonstrate
 
 
 def record_demonstrations(
@@ -150,7 +165,11 @@ def record_demonstrations(
     done = len(wanted) - len(missing)
     if wanted:
         progress("demonstrations", done, len(wanted), "")
-    calls = (((posture, k), (plan.seed, posture, k, plan.config)) for posture, k in missing)
+    if missing and work.prepare is not None and workers.count > 1:
+        workers.submit(work.prepare)
+    calls = (
+        (place, (plan.seed, *place[:2], plan.config, *filter(None, place[2:]))) for place in missing
+    )
     for place, future in completed(workers, work.demonstrate, calls):
         demonstration = _value(future, f"demonstrating on posture {place[0].name!r}")
         save_demonstrations(folder.demonstration_file(*place), [demonstration])
@@ -159,7 +178,7 @@ def record_demonstrations(
     # Fresh ones are read back too, so that a resumed run learns from the same bits.
     recorded = {place: folder.load_demonstration(*place) for place in wanted}
     return {
-        (name, number): [recorded[posture, number] for posture in suite]
+        (name, number): [recorded[posture, number, style_of(name)] for posture in suite]
         for name, suite in plan.demonstrated.items()
         for number in range(plan.protocol.demonstration_sets)
         if name not in plan.own
@@ -170,20 +189,28 @@ def repeated_demonstrations(folder: RunFolder) -> list[dict[str, Any]]:
     """Demonstrations of a run that needed more than one attempt, as their seeds tell."""
     found = []
     for place in _demonstrated(folder.plan):
-        seeds = [demonstration_seed(folder.plan.seed, *place, n) for n in range(ATTEMPTS)]
+        posture, number, style = place
+        seeds = [demonstration_seed(folder.plan.seed, posture, number, n) for n in range(ATTEMPTS)]
         seed = folder.load_demonstration(*place).seed
         if seed in seeds[1:]:
-            name, number = place[0].name, place[1]
             attempts = seeds.index(seed) + 1
-            found.append({"posture": name, "demonstration_set": number, "attempts": attempts})
+            told = {"posture": posture.name, "demonstration_set": number, "attempts": attempts}
+            found.append({**told, "style": style} if style else told)
     return found
 
 
-def _demonstrated(plan: Plan) -> list[tuple[Posture, int]]:
-    """Postures and sets; a posture that is in two suites is demonstrated once a set."""
-    suites = (suite for name, suite in plan.demonstrated.items() if name not in plan.own)
-    postures = dict.fromkeys(posture for suite in suites for posture in suite)
-    return [(posture, n) for n in range(plan.protocol.demonstration_sets) for posture in postures]
+#: A demonstration of a run: the posture, the set, and the operator's style.
+_Place: TypeAlias = tuple[Posture, int, str]
+
+
+def _demonstrated(plan: Plan) -> list[_Place]:
+    """All of a run; a posture that is in two suites is demonstrated once a set and style."""
+    suites = {name: suite for name, suite in plan.demonstrated.items() if name not in plan.own}
+    taught = dict.fromkeys(
+        (posture, style_of(name)) for name, suite in suites.items() for posture in suite
+    )
+    sets = range(plan.protocol.demonstration_sets)
+    return [(posture, n, style) for n in sets for posture, style in taught]
 
 
 #: What a fitted policy depends on: its name, the demonstrations' name, and their set.
@@ -237,8 +264,8 @@ def learned_from(folder: RunFolder, suite: str, demonstration_set: int) -> list[
     """Demonstrations of a run, by the name that its rows use and their set."""
     if suite in folder.plan.own:
         return load_demonstrations(folder.own_file(suite))
-    postures = folder.plan.demonstrated[suite]
-    return [folder.load_demonstration(posture, demonstration_set) for posture in postures]
+    style, postures = style_of(suite), folder.plan.demonstrated[suite]
+    return [folder.load_demonstration(posture, demonstration_set, style) for posture in postures]
 
 
 def _value(future: Future[T], doing: str) -> T:

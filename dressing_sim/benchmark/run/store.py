@@ -87,10 +87,10 @@ class RunFolder:
         """Where what other people's policies print goes."""
         return self.path.absolute() / POLICY_LOG
 
-    def demonstration_file(self, posture: Posture, demonstration_set: int) -> Path:
-        """Where the demonstration on a posture is kept."""
+    def demonstration_file(self, posture: Posture, demonstration_set: int, style: str = "") -> Path:
+        """Where the demonstration on a posture is kept, of an operator of that style."""
         readable = re.sub(r"[^A-Za-z0-9_.]", "_", posture.name)[:40]
-        content = json.dumps(posture.to_dict()).encode()
+        content = f"{json.dumps(posture.to_dict())}{style}".encode()
         digest = hashlib.sha256(content).hexdigest()[:8]
         return self.path / DEMONSTRATIONS / f"set{demonstration_set}-{readable}-{digest}.h5"
 
@@ -98,13 +98,15 @@ class RunFolder:
         """Where the run keeps demonstrations of the user's."""
         return self.path / DEMONSTRATIONS / f"own-{self.plan.own[name][:8]}.h5"
 
-    def load_demonstration(self, posture: Posture, demonstration_set: int) -> Demonstration:
+    def load_demonstration(
+        self, posture: Posture, demonstration_set: int, style: str = ""
+    ) -> Demonstration:
         """The demonstration on a posture.
 
         Raises:
             InvalidInputError: It is missing, damaged, or on another posture.
         """
-        path = self.demonstration_file(posture, demonstration_set)
+        path = self.demonstration_file(posture, demonstration_set, style)
         loaded = load_demonstrations(path)
         if len(loaded) != 1 or loaded[0].posture != posture:
             raise InvalidInputError(

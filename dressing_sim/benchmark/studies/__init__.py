@@ -22,7 +22,7 @@ STUDIES: dict[str, Callable[[], object]] = {
     "cost": _maker(f"{__name__}.cost:Cost"),
     "thresholds": _maker(f"{__name__}.thresholds:ThresholdStudy"),
     "agreement": _maker(f"{__name__}.agreement:Agreement"),
-    "left-out": _maker(f"{__name__}.left_out:LeftOut"),
+    "change": _maker(f"{__name__}.change:Change"),
     "convergence": _maker(f"{__name__}.convergence:Convergence"),
     "confidence": _maker(f"{__name__}.confidence:Confidence"),
     "search": _maker(f"{__name__}.search:SearchStudy"),

@@ -27,8 +27,8 @@ NOTE = (
     "default's by the reference's."
 )
 
-NOTE_OF_LEFT_OUT = (
-    "The same joint commands are played in both worlds; the reference has one thing more. p: "
+NOTE_OF_A_CHANGE = (
+    "The same joint commands are played in both worlds; the reference has the change. p: "
     "McNemar's, of as many verdicts that differ in one direction as in the other. Cost: CPU time, "
     "the default's by the reference's."
 )
@@ -64,12 +64,12 @@ def agreement_document(
     return _document("Agreement with a finer simulation", NOTE, results, summary, command)
 
 
-def left_out_document(
+def change_document(
     results: Sequence[EpisodeResult], summary: Mapping[str, Any], command: str
 ) -> Document:
-    """The report; the summary is as from `dressing_sim.benchmark.studies.left_out`."""
-    title = f"Agreement with a simulation that has {summary['left_out']}"
-    return _document(title, NOTE_OF_LEFT_OUT, results, summary, command)
+    """The report; the summary is as from `dressing_sim.benchmark.studies.change`."""
+    title = f"Agreement with a simulation that has {summary['change']}"
+    return _document(title, NOTE_OF_A_CHANGE, results, summary, command)
 
 
 def _document(
@@ -98,7 +98,7 @@ def headline(summary: Mapping[str, Any]) -> str:
     if told["agreement"] is None:
         return "Nothing can be said: every episode is void."
     low, high = told["agreement_ci95"]
-    more = summary.get("left_out")
+    more = summary.get("change")
     other, there = "the reference", "in the reference"
     if more is not None:
         other, there = f"one that has {more}", "with it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import MISSING, asdict, dataclass, fields, replace
@@ -141,7 +142,7 @@ def evaluate(
         seed: Of the operator's variability, of the policies' own randomness, and of variation.
         workers: Processes, as many as processors if None; the results do not depend on it.
         demonstrations: What every policy learns from instead of the protocol's: suites, such as
-            ``case_a`` or ``case_a,baseline7:3``, or a file of demonstrations.
+            ``case_a`` or ``case_a?speed=0.16,baseline7:3``, or a file of demonstrations.
         garment: What is put on, in demonstrations too: a name or a TOML file, see
             `dressing_sim.suites.wardrobe.load_garment`.
         person: Whose arm the test postures have: a name or a TOML file, see
@@ -263,13 +264,15 @@ def _world(
 def suites_in(demonstrations: str | Path | None) -> list[str]:
     """The suites that are meant, ``NAME`` or ``NAME:n`` each; none if it is a file.
 
+    After a ``?`` may stand the operator's style, see `dressing_sim.policies.expert.operator_of`.
+
     Raises:
         InvalidInputError: It is neither.
     """
     if not isinstance(demonstrations, str) or Path(demonstrations).exists():
         return []
     names = demonstrations.split(",")
-    if not all(name.partition(":")[0] in suite_names() for name in names):
+    if not all(re.split("[:?]", name)[0] in suite_names() for name in names):
         raise InvalidInputError(
             f"{shown(demonstrations)}: no such file and no suite; valid is an HDF5 file of "
             f"demonstrations, or of {', '.join(suite_names())}"

@@ -27,6 +27,15 @@ _OURS = tuple(Entry(DEFAULT, case) for case in _CASES)
 #: The paper's seven, and what noise alone does for the case that gains more.
 _FULL = tuple(entry for entry in _PAPER[1:] if entry != Entry("tp-gmm-noise", "case_b"))
 
+#: The same with the hyper-parameters that one budget found for each; the operator and ours beside.
+_FAIR = (
+    Entry(EXPERT),
+    *_OURS,
+    Entry(DEFAULT, "baseline7"),
+    *(entry.tuned for entry in _FULL),
+    *_FULL,
+)
+
 #: With and without augmentation, from two to seven demonstrations; ours from one.
 _BUDGET = tuple(
     Entry(policy, f"baseline7:{n}")
@@ -34,16 +43,19 @@ _BUDGET = tuple(
     for n in range(fewest, 8)
 )
 
-#: Without and with augmentation, and the baseline: what choices and worlds are compared on.
+#: Without and with augmentation, and the baseline: what choices are compared on.
 _COMPARED = (
     *(Entry(policy, case) for case in _CASES for policy in ("tp-gmm", "tp-gmm-rf-noise")),
     Entry("tp-gmm", "baseline7"),
 )
 
+#: What worlds are compared on: the operator, ours, and the paper's at their best.
+_TRIED = (Entry(EXPERT), *_OURS, *(entry.tuned for entry in _COMPARED))
+
 #: In the nominal world, and with one factor after the other drawn anew.
 _ROBUST = tuple(
     replace(entry, variation=variation)
-    for entry in (Entry(EXPERT), *_COMPARED)
+    for entry in _TRIED
     for variation in ((), ("friction",), ("fabric",), ("arm",))
 )
 
@@ -51,15 +63,31 @@ _ROBUST = tuple(
 #: its friction at rest and one more, and twice that at rest, see `variation.FRICTION`.
 _FRICTION = tuple(
     replace(entry, variation=variation)
-    for entry in (Entry(EXPERT), *_OURS, *_COMPARED)
+    for entry in _TRIED
     for variation in ((), ("friction=0.2",), ("friction=0.38",), ("friction=0.62",))
 )
 
 #: Where frames are told wrongly, see `variation.FRAMES`: by 5 mm and 2.5 deg to 30 mm and 15 deg.
 _NOISE = tuple(
     replace(entry, variation=variation)
-    for entry in (Entry(EXPERT), *_OURS, *_COMPARED)
+    for entry in _TRIED
     for variation in ((), *((f"frames={noise}",) for noise in (0.005, 0.01, 0.02, 0.03)))
+)
+
+#: How operators differ whose demonstrations are learned from: speed, height over the arm, how far
+#: out the elbow is passed; and one who differs in all, slow and close to the arm.
+_STYLES = (
+    "speed=0.16",
+    "forearm_height=0.1&elbow_height=0.115&upper_height=0.105&shoulder_height=0.11",
+    "outer_distance=0.18&upper_distance=0.14",
+    "speed=0.06&forearm_height=0.07&elbow_height=0.085&outer_distance=0.13",
+)
+
+#: The usual operator's demonstrations, and those of others; nothing was chosen on theirs.
+_STYLED = tuple(
+    replace(entry, demonstrations=f"{entry.demonstrations}{style}")
+    for entry in (*_OURS, *(Entry("tp-gmm-rf-noise", case).tuned for case in _CASES))
+    for style in ("", *(f"?{text}" for text in _STYLES))
 )
 
 #: What the paper leaves open, one change at a time, as hyper-parameters after a policy's name.
@@ -118,10 +146,12 @@ PROTOCOLS: Mapping[str, Protocol] = {
             study="cost",
         ),
         Protocol("full", "test200", _FULL, demonstration_sets=5),
+        Protocol("fair", "test200", _FAIR, demonstration_sets=5),
         Protocol("budget", "val50", _BUDGET, demonstration_sets=5),
         Protocol("friction", "val50", _FRICTION, demonstration_sets=5),
         Protocol("noise", "val50", _NOISE, demonstration_sets=5),
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
+        Protocol("styles", "val50", _STYLED, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
         Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),
         Protocol("moving", "moving", _MOVED, demonstration_sets=5),

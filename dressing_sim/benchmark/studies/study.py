@@ -40,6 +40,7 @@ from dressing_sim.benchmark.run.runner import (
     learned_sources,
 )
 from dressing_sim.benchmark.run.store import OpenRun, RunFolder, open_run
+from dressing_sim.benchmark.studies.preparing import compile_learning
 from dressing_sim.config import to_plain
 from dressing_sim.episode.rollout import Observer
 from dressing_sim.errors import DressingSimError, InvalidInputError
@@ -144,7 +145,7 @@ class EpisodeStudy(Study[Job, EpisodeResult]):
         work: What workers are asked to do.
     """
 
-    work: Work = field(default_factory=Work)
+    work: Work = field(default_factory=lambda: Work(prepare=compile_learning))
 
     def jobs(self, plan: Plan) -> Sequence[Job]:
         """All episodes of the protocol."""

@@ -60,6 +60,7 @@ COMPARISONS = {
     "variation": "under variation, less without",
     "settings": "with other settings, less as chosen",
     "tuning": "tuned, less as published",
+    "style": "shown by an operator of another style, less shown by the usual one",
 }
 
 

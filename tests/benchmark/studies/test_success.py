@@ -8,7 +8,7 @@ from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS, find_protocol
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.expert import EXPERT_REPLAN
-from dressing_sim.policies.hyperparameters import changed
+from dressing_sim.policies.hyperparameters import changed, split_name
 from dressing_sim.policies.paper import AUGMENTED, POLICIES
 from dressing_sim.policies.registry import DEFAULT, EXPERT, make_policy
 from dressing_sim.policies.rivals import POLICIES as RIVALS
@@ -26,7 +26,8 @@ def test_no_protocol_tests_on_a_posture_that_it_demonstrates(name):
     assert protocol.name == name
     tested = {joints(posture) for posture in load_suite(protocol.suite)}
     for entry in protocol.entries:
-        shown = demonstration_postures(entry.demonstrations) if entry.demonstrations else []
+        suite = split_name(entry.demonstrations)[0] if entry.demonstrations else None
+        shown = demonstration_postures(suite) if suite else []
         assert not tested & {joints(posture) for posture in shown}
 
 
@@ -55,14 +56,29 @@ def test_the_large_protocols_have_what_they_compare():
         suites = [e.demonstrations for e in budget.entries if e.policy == policy]
         assert [len(demonstration_postures(suite)) for suite in suites] == [2, 3, 4, 5, 6, 7]
     rows = {(e.policy, e.demonstrations) for e in robust.entries}
-    compared = {(p, case) for p in ("tp-gmm", "tp-gmm-rf-noise") for case in ("case_a", "case_b")}
-    assert rows == {("expert", None), ("tp-gmm", "baseline7")} | compared
+    compared = {
+        (policy, case)
+        for policy in ("tp-gmm-tuned", "tp-gmm-rf-noise-tuned", DEFAULT)
+        for case in ("case_a", "case_b")
+    }
+    assert rows == {("expert", None), ("tp-gmm-tuned", "baseline7")} | compared
     variations = {(), ("friction",), ("fabric",), ("arm",)}
     assert {(e.policy, e.demonstrations, e.variation) for e in robust.entries} == {
         (*row, variation) for row in rows for variation in variations
     }
     assert all(len(load_suite(p.suite)) >= 50 for p in (budget, robust))
     assert {p.demonstration_sets for p in (full, budget, robust)} == {5}
+
+
+def test_the_fair_table_has_each_of_the_papers_rows_as_published_and_tuned():
+    fair, full = find_protocol("fair"), find_protocol("full")
+    assert (fair.suite, fair.demonstration_sets) == (full.suite, full.demonstration_sets)
+    papers = {entry for entry in fair.entries if entry.stem.startswith("tp-gmm")}
+    published = {entry for entry in papers if entry == entry.untuned}
+    assert published == set(full.entries)
+    assert papers - published == {entry.tuned for entry in published}
+    shown = {entry.demonstrations for entry in full.entries}
+    assert set(fair.entries) - papers == {Entry(EXPERT), *(Entry(DEFAULT, one) for one in shown)}
 
 
 def test_every_rival_learns_from_the_same_demonstrations_as_the_default():
