@@ -10,6 +10,7 @@ from dressing_sim.learning import Frame, SyntheticDemonstration, rotation
 from dressing_sim.learning.storage import Storable
 from dressing_sim.path import checked_path
 from dressing_sim.policies.files import load_policy, save_policy
+from dressing_sim.policies.hyperparameters import TUNED
 from dressing_sim.policies.registry import built_in, learns, make_policy
 from dressing_sim.suites.suites import load_suite
 from dressing_sim.world.scene import WorldConfig, grip_start
@@ -17,7 +18,8 @@ from dressing_sim.world.scene import WorldConfig, grip_start
 NAMES = sorted(name for name in built_in() if learns(name))
 
 #: Those that draw situations or noise of their own when they learn.
-DRAWING = ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+_AUGMENTED = ("tp-gmm-noise", "tp-gmm-rf", "tp-gmm-rf-noise")
+DRAWING = (*_AUGMENTED, *(f"{name}{TUNED}" for name in _AUGMENTED))
 
 #: Quicker, where a policy tries long.
 SHORT = {
