@@ -32,6 +32,7 @@ from dressing_sim.numerics import common_environment
 #: Loaded once for all commands, which are forks of this process.
 LIBRARIES = (
     "dressing_sim.benchmark.studies.success",
+    "dressing_sim.benchmark.studies.change",
     "dressing_sim.commands.studies",
     "dressing_sim.learning.storage",
     "dressing_sim.pictures.video",
@@ -41,6 +42,11 @@ LIBRARIES = (
 ANGLES = {"flexion_deg": 75, "abduction_deg": 20, "rotation_deg": 40}
 RUN = "--workers 1 --no-pictures --out OUT"
 FILM = "--fps 2 --width 64 --height 48 --video OUT/film.mp4"
+#: Once, for all rounds: what the commands read.
+MATERIAL = (
+    "demonstrate one.json --out shown.h5",
+    "evaluate --suite one.json --policies expert --workers 1 --no-pictures --out run",
+)
 #: What is begun, where OUT is a folder, and how often of ten rounds.
 COMMANDS = {
     "demonstrate": ("demonstrate one.json --out OUT/shown.h5", 1),
@@ -48,7 +54,10 @@ COMMANDS = {
     "planar": ("planar --runs 1 --max-iterations 1 --method noise --out OUT", 1),
     "dress": (f"dress --posture 75,20,40,5 --policy expert {FILM}", 1),
     "evaluate": (f"evaluate --suite two.json --policies expert,tp-gmm?samples=60 {RUN}", 4),
-    "thresholds": ("thresholds --suite one.json --policies expert --workers 1 --out OUT", 1.5),
+    "export": ("export shown.h5 --to robomimic --out OUT/shown.hdf5", 0.5),
+    "replay": (f"replay run 0 {FILM}", 0.5),
+    "thresholds": ("thresholds --suite one.json --policies expert --workers 1 --out OUT", 1),
+    "validate": ("validate --suite one.json --change edge=0.05 --workers 1 --out OUT", 1),
 }
 
 
@@ -108,7 +117,8 @@ def typed(name: str, out: Path, *more: str) -> list[str]:
 def undisturbed(name: str) -> Whole:
     """The result of a command, after that of another seed, as the first may compile."""
     earlier, out = Path("earlier") / name, Path("whole") / name
-    finish(begin(typed(name, earlier, *([] if name == "learn" else ["--seed", "5"]))))
+    seeded = name not in ("learn", "export", "replay")
+    finish(begin(typed(name, earlier, *(["--seed", "5"] if seeded else []))))
     start = time.monotonic()
     finish(begin(typed(name, out)))
     return Whole(contents(out), time.monotonic() - start, earlier)
@@ -141,7 +151,7 @@ def one_round(name: str, out: Path, whole: Whole, draw: random.Random) -> int:
 def main() -> None:
     """Run the rounds and print the counts; exit code 1 if anything was lost."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--count", type=int, default=100, help="rounds")
+    parser.add_argument("--count", type=int, default=100, help="kills, after which none is begun")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no round after that")
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
@@ -157,20 +167,19 @@ def main() -> None:
         for number, file in enumerate(("one.json", "two.json"), start=1):
             arms = [{"name": f"arm{i}", "elbow_deg": 5.0 + i, **ANGLES} for i in range(number)]
             Path(file).write_text(json.dumps({"postures": arms}))
-        finish(begin(["demonstrate", "one.json", "--out", "shown.h5"]))
+        for command in MATERIAL:
+            finish(begin(command.split()))
         wholes: dict[str, Whole] = {}
         weights = [COMMANDS[name][1] for name in asked.only]
-        for number in range(asked.count):
+        while kills.total() < asked.count and time.monotonic() < last:
             (name,) = draw.choices(asked.only, weights)
-            if time.monotonic() > last:
-                break
             if name not in wholes:
                 wholes[name] = undisturbed(name)
             rounds[name] += 1
             try:
                 kills[name] += one_round(name, Path("out"), wholes[name], draw)
             except AssertionError as fault:
-                faults.append(f"round {number}, {name}: {fault}")
+                faults.append(f"round {rounds.total()}, {name}: {fault}")
                 print(faults[-1], file=sys.stderr, flush=True)
     told = {"rounds": dict(rounds), "kills": dict(kills), "faults": faults}
     print(json.dumps({"seed": asked.seed, **told}))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from dressing_sim.files import is_leftover
 
 #: Commands whose result is a run, which goes on.
-STUDIES = ("evaluate", "thresholds")
+STUDIES = ("evaluate", "thresholds", "validate")
+#: How long an episode took, which no two runs share.
+TIMES = re.compile(rb'"(?:seconds|cost_ratio)": (?:\[[^]]*\]|[-+.\de]+)')
 
 
 @dataclass(frozen=True)
@@ -23,10 +26,10 @@ class Whole:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """The files of a folder; a report says what was typed, which differs."""
+    """The files of a folder but their times; a report says what was typed, which differs."""
     files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
     return {
-        name: b"" if path.name.startswith("report.") else path.read_bytes()
+        name: b"" if path.name.startswith("report.") else TIMES.sub(b"", path.read_bytes())
         for name, path in files.items()
         if path.is_file()
     }
