@@ -7,7 +7,7 @@ in ``__init__.pyi``, which a test holds against what is here.
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _PUBLIC = {
     "Demonstration": "dressing_sim.episode.demonstration",

@@ -102,7 +102,7 @@ def dress(
     inputs = [name for name in given if name]
     films = filming.films(inputs, len(policies))
     if explain is not None:
-        from dressing_sim.benchmark.report.explanation import check_picture
+        from dressing_sim.explain.picture import check_picture
 
         check_picture(explain)
         check_output(explain, filming.force, inputs)
@@ -162,8 +162,8 @@ def _explained(
     learned: Sequence[Demonstration],
 ) -> str:
     """Draw what a policy has learned, and say so."""
-    from dressing_sim.benchmark.report.explanation import write_explanation
-    from dressing_sim.policies.explained import explain
+    from dressing_sim.explain.learned import explain
+    from dressing_sim.explain.picture import write_explanation
 
     told = f", learned from {', '.join(one.posture.name for one in learned)}" if learned else ""
     explanation = explain(policy, name, arm, start, learned)
@@ -181,7 +181,7 @@ def _source(
     """
     from dressing_sim.benchmark.records import Entry
     from dressing_sim.benchmark.run.plan import fitting_seed
-    from dressing_sim.policies.explained import check_explained
+    from dressing_sim.explain.learned import check_explained
     from dressing_sim.policies.files import load_policy
     from dressing_sim.policies.hosted import hosted_policy
     from dressing_sim.policies.registry import known_name, learns

@@ -24,8 +24,8 @@ SKIN_INSET = 0.006
 #: Height of the floor below the shoulder [m], a sitting adult's.
 FLOOR = 1.0
 
-#: Height of the seat below the shoulder [m].
-SEAT = 0.575
+#: How far the middle of what the person sits on is below the shoulder [m].
+SEAT = 0.61
 
 #: How round the edges of clothes are [m].
 _HEM = 0.010

@@ -115,7 +115,7 @@ def add_soft_shadow(spec: mujoco.MjSpec, points: NDArray[np.float64], floor: flo
 
 def _add_chair(spec: mujoco.MjSpec, posture: Posture, floor: float) -> None:
     middle = posture.shoulder - SHOULDER_TO_MIDLINE * LEFT
-    seat = middle - (SEAT + 0.035) * UP + 0.05 * FORWARD
+    seat = middle - SEAT * UP + 0.05 * FORWARD
     _solid(spec, "box", (0.21, 0.22, 0.03), seat, _CLOTH)
     back = middle - 0.36 * UP - 0.20 * FORWARD
     tilt = Rotation.from_rotvec([0.14, 0.0, 0.0]).as_quat(scalar_first=True)

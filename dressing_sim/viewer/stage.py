@@ -33,8 +33,8 @@ from dressing_sim.world.sleeve import SleeveMesh
 if TYPE_CHECKING:
     import viser
 
-#: Size of what the person sits on, and how far its middle is below the shoulder [m].
-_STOOL, _SEATED = (0.36, 0.40, 0.06), SEAT + 0.035
+#: Size of what the person sits on [m].
+_STOOL = (0.36, 0.40, 0.06)
 
 Points = NDArray[np.float64] | NDArray[np.float32]
 
@@ -139,7 +139,7 @@ class Stage:
         for mesh_handle in self._likeness.values():
             mesh_handle.visible = False
         self.portrayed = False
-        self._stool.position = posture.shoulder - SHOULDER_TO_MIDLINE * LEFT - _SEATED * UP
+        self._stool.position = posture.shoulder - SHOULDER_TO_MIDLINE * LEFT - SEAT * UP
         for name, frame in zip(self._frames, posture.frames(), strict=True):
             self._frames[name].position = frame.b
             self._frames[name].wxyz = Rotation.from_matrix(frame.A).as_quat(scalar_first=True)
@@ -152,12 +152,13 @@ class Stage:
         if self.portrayed or self._drawn.get("posture") != posture:
             return
         for name, mesh in meshes.items():
-            if name not in self._likeness:
+            handle = self._likeness.get(name)
+            if handle is None:
                 self._likeness[name] = self._scene.add_mesh_simple(
                     f"/person/drawn/{name}", mesh.vertices, mesh.faces, color=mesh.colour
                 )
-            handle = self._likeness[name]
-            handle.vertices, handle.faces, handle.visible = mesh.vertices, mesh.faces, True
+            else:
+                handle.vertices, handle.faces, handle.visible = mesh.vertices, mesh.faces, True
         for capsules in self._person.values():
             capsules.visible = False
         self.portrayed = True

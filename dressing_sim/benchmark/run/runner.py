@@ -167,9 +167,7 @@ def record_demonstrations(
         progress("demonstrations", done, len(wanted), "")
     if missing and work.prepare is not None and workers.count > 1:
         workers.submit(work.prepare)
-    calls = (
-        (place, (plan.seed, *place[:2], plan.config, *filter(None, place[2:]))) for place in missing
-    )
+    calls = ((place, (plan.seed, *place[:2], plan.config, place[2])) for place in missing)
     for place, future in completed(workers, work.demonstrate, calls):
         demonstration = _value(future, f"demonstrating on posture {place[0].name!r}")
         save_demonstrations(folder.demonstration_file(*place), [demonstration])

@@ -33,7 +33,7 @@ def ran(tmp_path_factory):
         return out, study, run_study(study, plan, workers, out)
 
 
-def demonstrate_in_full(seed, posture, number, config):
+def demonstrate_in_full(seed, posture, number, config, style=""):
     return record_demonstration(seed, posture, number, EpisodeConfig())
 
 

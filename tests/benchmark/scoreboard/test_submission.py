@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from submitted import ADA, changed, episodes_of, fake_run, flip
 
+from dressing_sim import __version__
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.run.store import load_run
 from dressing_sim.benchmark.scoreboard.submission import read_submission, submit
@@ -36,7 +37,7 @@ def file(text, tmp_path):
 
 def test_what_is_read_is_what_was_run(folder, file):
     read, run = read_submission(file), load_run(folder)
-    assert read.statement == replace(ADA, package="dressing-sim==0.1.0")
+    assert read.statement == replace(ADA, package=f"dressing-sim=={__version__}")
     assert (read.run.lines, read.run.plan) == (run.lines, run.plan)
     content = (folder / "episodes.jsonl").read_bytes()
     assert read.episodes_sha256 == hashlib.sha256(content).hexdigest()

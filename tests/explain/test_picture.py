@@ -7,17 +7,19 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.patches import Ellipse
 from PIL import Image
 
-from dressing_sim.benchmark.report import explanation as drawing
 from dressing_sim.benchmark.report import plots
-from dressing_sim.benchmark.report.explanation import write_explanation
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.learning.density import GaussianMixture
-from dressing_sim.policies.explained import (
+from dressing_sim.explain.learned import (
     FrameView,
     Learned,
     MixtureExplanation,
     TransportExplanation,
 )
+from dressing_sim.explain.mixtures import projected
+from dressing_sim.explain.picture import write_explanation
+from dressing_sim.explain.sides import sides_of
+from dressing_sim.explain.transport import _tube
+from dressing_sim.learning.density import GaussianMixture
 
 JOINTS = np.array([[0.5, 0.2, 0.3], [0.6, 0.45, 0.2], [0.55, 0.65, 0.35]])
 PATH = JOINTS[::-1].repeat(4, axis=0) + np.linspace(0.0, 0.1, 12)[:, None]
@@ -78,33 +80,33 @@ def test_the_legend_names_what_is_there_and_counts_it(tmp_path):
 
 
 def test_both_sides_see_lengths_as_they_are_from_the_shoulder():
-    for side in drawing._sides(JOINTS):
+    for side in sides_of(JOINTS):
         np.testing.assert_allclose(side.axes @ side.axes.T, np.eye(2), atol=1e-12)
         np.testing.assert_allclose(side.points(JOINTS[:1]), 0.0, atol=1e-12)
         wrist = side.points(JOINTS)[2]
         assert wrist[0] == pytest.approx(np.hypot(0.05, 0.45))
-    beside, above = drawing._sides(JOINTS)
+    beside, above = sides_of(JOINTS)
     assert beside.points(JOINTS)[1, 1] == pytest.approx(-0.1)
     assert above.points(JOINTS)[2, 1] == pytest.approx(0.0, abs=1e-12)
     hanging = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.7], [0.0, 0.0, 0.5]])
-    assert np.isfinite(drawing._sides(hanging)[0].axes).all()
+    assert np.isfinite(sides_of(hanging)[0].axes).all()
 
 
 def test_ellipses_reach_two_standard_deviations_of_the_marginal():
     joints = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.6, 0.0, 0.0]])  # along x
     at_origin = GaussianMixture(np.ones(1), np.zeros((1, 3)), np.diag(SD**2)[None])
-    for side, other in zip(drawing._sides(joints), (SD[2], SD[1]), strict=True):
-        (ellipse,) = drawing._projected(side, at_origin)
+    for side, other in zip(sides_of(joints), (SD[2], SD[1]), strict=True):
+        (ellipse,) = projected(side, at_origin)
         assert isinstance(ellipse, Ellipse)
         corners = ellipse.get_verts()
         np.testing.assert_allclose(corners.max(axis=0), [2 * SD[0], 2 * other], rtol=1e-3)
 
 
 def test_the_tube_is_as_wide_as_the_deviation_says():
-    explained, side = transport(), drawing._sides(JOINTS)[0]
+    explained, side = transport(), sides_of(JOINTS)[0]
     with plots.figure(2.0) as drawn:
         axes = drawn.subplots()
-        drawing._tube(axes, side, explained, 2.0, "#cfe9df", 1.0)
+        _tube(axes, side, explained, 2.0, "#cfe9df", 1.0)
     (tube,) = axes.collections
     assert isinstance(tube, EllipseCollection)
     places, widths = tube.get_offsets(), tube.get_widths()

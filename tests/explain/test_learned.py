@@ -3,8 +3,8 @@ import pytest
 
 from dressing_sim.episode.operator import Operator
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.explain.learned import check_explained, explain
 from dressing_sim.learning import SyntheticDemonstration
-from dressing_sim.policies.explained import check_explained, explain
 from dressing_sim.policies.hosted import hosted_policy
 from dressing_sim.policies.registry import make_policy
 from dressing_sim.suites.suites import find_posture, load_suite
