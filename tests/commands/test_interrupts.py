@@ -59,6 +59,44 @@ cli.main([])
 """
 )
 
+#: One whose main thread waits while another is handed the signal.
+ELSEWHERE = (
+    START
+    + """
+import sys, threading, time
+from dressing_sim import cli
+def handed():
+    time.sleep(0.3)
+    signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+def run(given):
+    threading.Thread(target=handed, daemon=True).start()
+    try:
+        threading.Event().wait(60)
+    finally:
+        print("to continue", file=sys.stderr)
+cli._run = run
+cli.main([])
+"""
+)
+
+#: One that hears in a callback of C, whose exceptions go nowhere.
+DROPPED = (
+    START
+    + """
+import ctypes, time
+from dressing_sim import cli
+@ctypes.CFUNCTYPE(None)
+def callback():
+    print("ready", flush=True)
+    time.sleep(60)
+def run(given):
+    callback()
+    time.sleep(60)
+cli._run = run
+cli.main([])
+"""
+)
+
 
 def interrupted(code, arguments=(), after=0.3, cwd=None):
     process = subprocess.Popen(
@@ -113,6 +151,18 @@ def test_in_a_compiled_loop():
 
 def test_where_an_import_makes_another_error_of_it():
     assert_soon(interrupted(SWALLOWED))
+
+
+def test_in_a_callback_that_drops_the_answer():
+    assert_soon(interrupted(DROPPED))
+
+
+def test_where_another_thread_is_handed_the_signal():
+    done = subprocess.run(
+        [sys.executable, "-c", ELSEWHERE], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 130
+    assert done.stderr.splitlines() == ["to continue", "dressing-sim: interrupted"]
 
 
 def test_a_process_that_ignores_it_goes_on():
