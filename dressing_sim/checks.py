@@ -77,7 +77,9 @@ def real_vector(values: object, n: int, name: str, unit: str = "") -> NDArray[np
     # Most are in order, and checked in every control step; what is no number has no length below.
     if type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (n,):
         array: NDArray[np.float64] = values
-        if array.dot(array) <= LARGEST**2:
+        with np.errstate(over="ignore"):
+            small = array.dot(array) <= LARGEST**2
+        if small:
             return np.array(array)
     return np.array(real_array(values, (n,), name, unit))
 
@@ -210,7 +212,7 @@ def listed(values: Iterable[T], name: str, valid: str) -> tuple[T, ...]:
         raise InvalidInputError(f"{name} is {shown(values)}, valid is {valid}")
     try:
         return tuple(values)
-    except TypeError as error:  # an array without axes says that it is iterable
+    except Exception as error:  # whatever an object of somebody else's does
         raise InvalidInputError(f"{name} is {shown(values)}, valid is {valid}") from error
 
 

@@ -10,7 +10,7 @@ from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from dressing_sim.checks import of_kind, shown
+from dressing_sim.checks import listed, of_kind, shown
 from dressing_sim.errors import InvalidInputError
 
 T = TypeVar("T")
@@ -76,6 +76,9 @@ def _as_now(kind: type[Any], values: Mapping[str, Any]) -> Mapping[str, Any]:
     return now
 
 
+#: The largest whole number of a setting, so that it is a number of other kinds too.
+MOST = 1e300
+
 #: What a value from a file must be for settings of these types, and what that is called.
 _PLAIN: Mapping[Any, tuple[type, str]] = {
     bool: (bool, "true or false"),
@@ -93,6 +96,8 @@ def _convert(hint: Any, value: Any, name: str) -> Any:
         # A bool is an integer in Python, but nobody means 1 by true.
         if not isinstance(value, kind) or isinstance(value, bool) != (hint is bool):
             raise InvalidInputError(f"{name} is {shown(value, 40)}, valid is {called}")
+        if isinstance(value, Integral) and not -MOST <= int(value) <= MOST:
+            raise InvalidInputError(f"{name} is {shown(value, 40)}, valid is {called} to {MOST:g}")
     if get_origin(hint) is tuple:
         if not isinstance(value, list | tuple):
             raise InvalidInputError(f"{name} is {shown(value, 40)}, valid is a list")
@@ -123,6 +128,11 @@ def check_kinds(config: Any, kind: str) -> None:
             of_kind(value, hint, f"{kind}: {name}", f"a {hint.__name__}")
         elif hint in _PLAIN:
             _convert(hint, value, f"{kind}: {name}")
+        elif get_origin(hint) is tuple:
+            inside = get_args(hint)[0]
+            for one in listed(value, f"{kind}: {name}", "a list"):
+                if inside in _PLAIN:
+                    _convert(inside, one, f"{kind}: {name}")
 
 
 def check_numbers(

@@ -31,7 +31,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises:
         InvalidInputError: The file or its folder cannot be written to.
     """
-    target = Path(path)
+    target = plain_path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         remove_leftovers(target.parent, lambda name: name == target.name)
@@ -55,6 +55,24 @@ def replacing(path: str | Path) -> Iterator[Path]:
         with suppress(OSError):
             temporary.unlink()  # gone if it was moved
         held.close()
+
+
+def plain_path(path: str | Path) -> Path:
+    """A path that something may be written to, as it is.
+
+    Raises:
+        InvalidInputError: It names no file: it is empty, has a null character, or leads out of a
+            folder that is not there, so that it would lead elsewhere once that is made.
+    """
+    target = Path(path)
+    if not target.name or "\0" in str(target):
+        raise InvalidInputError(f"{str(path)!r:.60}: cannot be written (it names no file)")
+    above = Path()
+    for part in target.parts:
+        if part == ".." and not os.path.exists(above):
+            raise InvalidInputError(f"{target}: cannot be written (there is no {above})")
+        above /= part
+    return target
 
 
 def write_file(path: str | Path, content: str | bytes) -> None:
@@ -90,7 +108,7 @@ def new_folder(path: str | Path) -> Iterator[Path]:
     Raises:
         InvalidInputError: There is something at `path` already, or it cannot be written to.
     """
-    target = Path(path)
+    target = plain_path(path)
     if os.path.lexists(target):
         raise InvalidInputError(f"{target}: is there already; choose another name")
     try:
@@ -182,7 +200,8 @@ def is_file(path: str | Path) -> bool:
     """Whether this is a file that can be looked at; no name, however odd, is an error."""
     try:
         return Path(path).is_file()
-    except OSError:  # a name too long for a file, for instance, or a folder that is closed to us
+    # A name too long for a file, for instance, a folder that is closed to us, or no name.
+    except (OSError, TypeError, ValueError):
         return False
 
 
@@ -192,7 +211,7 @@ def check_writable(path: str | Path) -> None:
     Raises:
         InvalidInputError: `path` is a folder, or is in a place that cannot be written to.
     """
-    target = Path(path)
+    target = plain_path(path)
     try:
         if target.is_dir():
             raise InvalidInputError(f"{target}: cannot be written (it is a folder)")

@@ -57,6 +57,8 @@ def export(
 
     if cameras and to != "lerobot":
         raise InvalidInputError(f"cameras are given with --to {to}, valid is --to lerobot")
+    if not cameras and (width, height) != (640, 480):
+        raise InvalidInputError("a picture's width and height are given, valid is with --cameras")
     drawn = Cameras(tuple(names(cameras)), width, height) if cameras else None
     writers: dict[str, Callable[..., None]] = {
         "robomimic": write_robomimic,

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from dressing_sim.benchmark.run.progress import show_progress
 from dressing_sim.datasets.topics import Topics
+from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import check_output
 
 
@@ -61,6 +62,8 @@ def import_(
     from dressing_sim.episode.demonstration import save_demonstrations
     from dressing_sim.suites.people import load_person
 
+    if not sources:
+        raise InvalidInputError("import: no files, valid are one or more recordings or data sets")
     check_output(out, force, sources)
     size = load_person(person)
     config = ImportConfig(dt, turn_deg, mirror, keep_place, trim_pauses, max_gap)

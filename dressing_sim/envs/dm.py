@@ -10,6 +10,7 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import whole_number
 from dressing_sim.envs.config import Range
 from dressing_sim.envs.task import Task, chosen_posture, env_config
 
@@ -59,7 +60,10 @@ class DressTask(control.Task):
     """
 
     def __init__(self, posture: str | Posture | None, suite: str | None, seed: int | None) -> None:
-        self._given, self._rng = (posture, suite), np.random.default_rng(seed)
+        self._given, self._rng = (
+            (posture, suite),
+            np.random.default_rng(None if seed is None else whole_number(seed, "seed")),
+        )
 
     def initialize_episode(self, physics: DressPhysics) -> None:
         """The sleeve hangs still from the gripper in front of the hand."""

@@ -10,6 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import of_kind, one_of, whole_number
 from dressing_sim.envs.config import Range
 from dressing_sim.envs.task import Task, chosen_posture, env_config
 from dressing_sim.episode.record import PathSource
@@ -85,8 +86,8 @@ class DressArm(gymnasium.Env[dict[str, NDArray[Any]], NDArray[np.float64]]):
         render_mode: str | None = None,
         **choices: Any,
     ) -> None:
-        if render_mode not in (None, "rgb_array"):
-            raise InvalidInputError(f"render_mode is {render_mode!r}, valid is rgb_array or None")
+        if render_mode is not None:
+            one_of(render_mode, "render_mode", ("rgb_array",))
         self.render_mode = render_mode
         self._given = posture, suite
         self.task = Task(env_config(choices))
@@ -108,8 +109,10 @@ class DressArm(gymnasium.Env[dict[str, NDArray[Any]], NDArray[np.float64]]):
         Raises:
             InvalidInputError: There is no such option, posture or suite.
         """
-        super().reset(seed=seed)
-        unknown = sorted(set(options or {}) - set(OPTIONS))
+        super().reset(seed=None if seed is None else whole_number(seed, "seed"))
+        if options is not None:
+            of_kind(options, dict, "reset: options", "a dictionary or None")
+        unknown = sorted(map(str, set(options or {}) - set(OPTIONS)))
         if unknown:
             raise InvalidInputError(
                 f"reset: no option {unknown[0]!r}; valid are {', '.join(OPTIONS)}"

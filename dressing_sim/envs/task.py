@@ -68,9 +68,10 @@ class Task:
     """
 
     def __init__(self, config: EnvConfig) -> None:
-        self.config, self.reward = config, 0.0
+        self.config, self.reward = of_kind(config, EnvConfig, "config", "an EnvConfig"), 0.0
         self._size = config.action_range.shape[0]
         self._dressing: Dressing | None = None
+        self._begun: ClosedLoop | None = None
         self._renderer: OffscreenRenderer | None = None
         self._framed: tuple[Posture | None, dict[str, NDArray[np.float64]]] = None, {}
 
@@ -79,7 +80,7 @@ class Task:
         if self._dressing is None or self._dressing.posture != posture:
             self.close()
             self._dressing = Dressing(posture, self.config.episode)
-        self._loop = ClosedLoop(self._dressing)
+        self._begun = ClosedLoop(self._dressing)
         self._steps, self._on = 0, False
         self._recording: Recording | None = None
         self._look()
@@ -92,9 +93,13 @@ class Task:
         Raises:
             InvalidInputError: No episode has begun.
         """
-        if self._dressing is None:
+        return self._loop.dressing
+
+    @property
+    def _loop(self) -> ClosedLoop:
+        if self._begun is None:
             raise InvalidInputError("no episode has begun; valid is reset() first")
-        return self._dressing
+        return self._begun
 
     @property
     def time(self) -> float:
@@ -271,7 +276,8 @@ def env_config(choices: Mapping[str, Any]) -> EnvConfig:
     Raises:
         InvalidInputError: There is no such field, or a value is not valid.
     """
-    unknown = sorted(set(choices) - set(EnvConfig.__dataclass_fields__))
+    of_kind(choices, Mapping, "environment: choices", "fields of EnvConfig by name")
+    unknown = sorted(map(str, set(choices) - set(EnvConfig.__dataclass_fields__)))
     if unknown:
         valid = ", ".join(EnvConfig.__dataclass_fields__)
         raise InvalidInputError(f"environment: no choice {unknown[0]!r}; valid is {valid}")

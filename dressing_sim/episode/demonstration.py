@@ -20,7 +20,7 @@ from dressing_sim.checks import listed, of_kind, real_array, real_number, shown,
 from dressing_sim.episode.hdf5 import array_of, attribute, described, inside, opened, plain_text
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import is_file, write_file
+from dressing_sim.files import is_file, plain_path, write_file
 from dressing_sim.learning.frame import Situation
 from dressing_sim.path import check_metres
 from dressing_sim.provenance import provenance, versions
@@ -116,12 +116,12 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     as JSON too, what wrote it (see `dressing_sim.provenance`). ``format_version`` is 1 if each has
     commands and nothing that version 1 does not know.
     """
-    of_kind(path, (str, Path), "path", "a file to write")
+    target = plain_path(of_kind(path, (str, Path), "path", "a file to write"))
     demonstrations = listed(demonstrations, "demonstrations", "a sequence of Demonstrations")
     for one in demonstrations:
         of_kind(one, Demonstration, "one of the demonstrations", "a Demonstration")
     # Made in memory: HDF5 does not come back from a disk that is full.
-    with h5py.File(str(path), "w", driver="core", backing_store=False) as file:
+    with h5py.File(str(target), "w", driver="core", backing_store=False) as file:
         # Texts have a fixed length: HDF5 keeps others in a heap without a checksum, and does not
         # come back from reading a damaged one.
         file.attrs["format"] = np.bytes_(FORMAT)

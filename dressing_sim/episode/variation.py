@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.arm import ARM_SIZES, Posture
-from dressing_sim.checks import one_of
+from dressing_sim.checks import one_of, real_number
 from dressing_sim.episode.capture import CaptureConfig
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
@@ -145,11 +145,15 @@ def _asked(factors: Sequence[str]) -> dict[str, Any]:
 def _value(name: str, text: str) -> float | str:
     """A factor's value as it is written after its name."""
     if name in _NUMBERS:
+        most, refuse = _NUMBERS[name]
         try:
-            _NUMBERS[name](float(text))
+            value = real_number(float(text), name, 0.0, most)
+            refuse(value)
         except ValueError:
-            raise InvalidInputError(f"{name} is {text!r}, valid is a number from 0") from None
-        return float(text)
+            raise InvalidInputError(
+                f"{name} is {text!r}, valid is a number from 0 to {most:g}"
+            ) from None
+        return value
     if name not in _NAMES:
         raise InvalidInputError(f"{name} is {text!r}, valid is no value: it can only be drawn")
     one_of(text, name, _NAMES[name])
@@ -190,8 +194,8 @@ def _noisy(capture: CaptureConfig, noise: float) -> CaptureConfig:
     return replace(capture, still=True, position_noise=noise, angle_noise=angles)
 
 
-#: Factors that are numbers, and what refuses those that cannot be.
-_NUMBERS: Mapping[str, Callable[[float], object]] = {
-    "friction": lambda value: Fabric(friction=value),
-    "frames": lambda value: _noisy(CaptureConfig(), value),
+#: Factors that are numbers, the largest that can be meant (own choice), and what refuses others.
+_NUMBERS: Mapping[str, tuple[float, Callable[[float], object]]] = {
+    "friction": (4.0, lambda value: Fabric(friction=value)),
+    "frames": (1.0, lambda value: _noisy(CaptureConfig(), value)),
 }

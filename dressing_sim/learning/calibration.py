@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dressing_sim.checks import real_array, real_number, whole_number
+from dressing_sim.checks import real_array, real_number, shown, whole_number
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import FloatArray
 
@@ -48,7 +48,8 @@ class Logistic:
 
     def __post_init__(self) -> None:
         size = real_array(self.mean, ("D",), "means of features have").shape
-        real_array(self.scale, size, "scales of features have")
+        if not (real_array(self.scale, size, "scales of features have") > 0.0).all():
+            raise InvalidInputError(f"scales of features are {shown(self.scale)}, valid is > 0")
         real_array(self.weights, size, "weights of features have")
         real_number(self.intercept, "an intercept")
 

@@ -33,9 +33,9 @@ def n_parameters(n_components: int, n_frames: int, n_dims: int, n_shared: int = 
         n_dims: D.
         n_shared: s, 1 for a time-based model (time), 0 for a trajectory-based one.
     """
-    for name, value in (("n_components", n_components), ("n_frames", n_frames), ("n_dims", n_dims)):
-        whole_number(value, name, 1)
-    whole_number(n_shared, "n_shared", 0, n_dims)
+    n_components = whole_number(n_components, "n_components", 1)
+    n_frames, n_dims = whole_number(n_frames, "n_frames", 1), whole_number(n_dims, "n_dims", 1)
+    n_shared = whole_number(n_shared, "n_shared", 0, n_dims)
     own = n_dims - n_shared
     common = n_shared + n_shared * (n_shared + 1) // 2
     per_frame = own + own * n_shared + own * (own + 1) // 2

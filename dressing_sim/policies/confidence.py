@@ -15,9 +15,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dressing_sim.archives import read_json
+from dressing_sim.archives import read_strict_json
 from dressing_sim.arm import UP, Vector
-from dressing_sim.checks import real_number, real_vector
+from dressing_sim.checks import of_kind, real_number, real_vector, shown, whole_number
 from dressing_sim.errors import Abstained, InvalidInputError
 from dressing_sim.files import write_file
 from dressing_sim.inputs import fit, inputs_of
@@ -111,6 +111,10 @@ class PathFeatures:
         )
 
 
+#: What a file says of a judge's model.
+_MODEL = ("intercept", "features")
+
+
 @dataclass(frozen=True, eq=False)
 class Judge:
     """Estimates the probability that a policy's path dresses the arm.
@@ -161,20 +165,28 @@ class Judge:
         Raises:
             InvalidInputError: Something is missing, or of other features.
         """
+        of_kind(values, Mapping, "a judge", "an object as 'confidence' writes")
+        unknown = set(values) - {"policy", "demonstrations", "n_episodes", "source", *_MODEL}
+        if unknown:
+            raise InvalidInputError(f"a judge: unknown key {shown(sorted(map(str, unknown))[0])}")
         try:
             told = values["features"]
             if list(told) != list(FEATURES):
                 raise InvalidInputError(
                     f"a judge: features are {', '.join(told)}, valid are {', '.join(FEATURES)}"
                 )
-            columns = [[one[key] for one in told.values()] for key in ("mean", "scale", "weight")]
-            mean, scale, weights = (np.array(column, dtype=np.float64) for column in columns)
-            model = Logistic(mean, scale, weights, real_number(values["intercept"], "intercept"))
-            policy, shown, source = (
-                str(values[key]) for key in ("policy", "demonstrations", "source")
+            mean, scale, weights = (
+                np.array([real_number(one[key], f"{name}: {key}") for name, one in told.items()])
+                for key in ("mean", "scale", "weight")
             )
-            return cls(policy, shown, model, int(values["n_episodes"]), source)
-        except (KeyError, TypeError, ValueError) as error:
+            model = Logistic(mean, scale, weights, real_number(values["intercept"], "intercept"))
+            policy, learned, source = (
+                of_kind(values[key], str, key, "a text")
+                for key in ("policy", "demonstrations", "source")
+            )
+            n_episodes = whole_number(values["n_episodes"], "n_episodes")
+            return cls(policy, learned, model, n_episodes, source)
+        except (KeyError, TypeError) as error:
             raise InvalidInputError(f"a judge: missing or damaged ({error})") from error
 
     def save(self, path: str | File) -> None:
@@ -188,7 +200,7 @@ class Judge:
         Raises:
             InvalidInputError: No such file, or no judge in it.
         """
-        values = read_json(File(path))
+        values = read_strict_json(File(of_kind(path, (str, File), "a judge", "a file")))
         if not isinstance(values, Mapping):
             raise InvalidInputError(f"{path}: not a judge; valid is what 'confidence' wrote")
         try:

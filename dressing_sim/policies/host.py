@@ -135,14 +135,14 @@ class Host:
 
     def close(self) -> None:
         """End the process, and those that it started."""
-        if self._process is None:
+        process, self._process = self._process, None
+        if process is None:
             return
-        if self._process.pid is not None:
-            end_group(self._process.pid)
-        self._process.kill()
-        self._process.join()
+        if process.pid is not None:
+            end_group(process.pid)
+            process.kill()
+            process.join()
         self._connection.close()
-        self._process = None
 
 
 def _serve(connection: Connection, log: Path | None, memory: int) -> None:
@@ -247,7 +247,7 @@ class _Server:
         """What a `Path` is made of."""
         policy = ForkingPickler.loads(fitted)
         drawn = seed_argument(policy.generate, seed)
-        path = checked_path(policy.generate(asked, start, **drawn), "it")
+        path = checked_path(policy.generate(asked, start, **drawn), "the policy")
         return np.array(path.positions), path.dt, path.probability
 
     def begin(self, fitted: bytes, seed: int) -> None:

@@ -122,7 +122,8 @@ class Guarded:
     def generate(self, frames: Situation | Posture, start: ArrayLike, seed: int = 0) -> Path:
         """A path for a situation."""
         drawn = seed_argument(self.policy.generate, seed)
-        return _answered(lambda: checked_path(self.policy.generate(frames, start, **drawn), "it"))
+        generate = self.policy.generate
+        return _answered(lambda: checked_path(generate(frames, start, **drawn), "the policy"))
 
 
 class GuardedActor(Guarded):

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Literal, get_args, get_type_hints
 
 import numpy as np
 
+from dressing_sim.checks import one_of
 from dressing_sim.config import check_kinds, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import (
@@ -85,8 +86,8 @@ class TPGMMConfig:
             if name == "fixed":
                 continue
             value, valid = getattr(self, name), get_args(hint)
-            if valid and value not in valid:
-                raise InvalidInputError(f"{name} is {value!r}, valid is one of {', '.join(valid)}")
+            if valid:
+                one_of(value, name, valid)
             if hint in (int, float) and not 0.0 <= value < np.inf:  # NaN fails too
                 raise InvalidInputError(f"{name} is {value}, valid is >= 0")
 

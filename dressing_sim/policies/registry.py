@@ -13,7 +13,7 @@ from pkgutil import iter_modules
 from typing import Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
-from dressing_sim.checks import shown
+from dressing_sim.checks import of_kind, shown
 from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.inputs import inputs_of
 from dressing_sim.learning import Policy
@@ -52,6 +52,7 @@ def built_in() -> Mapping[str, PolicyConfig]:
 
 def known_name(name: str) -> str:
     """The name, perhaps with more after it, with what ``default`` stands for in its place."""
+    of_kind(name, str, "a policy", "the name of one, or module:Class")
     stem, mark, text = name.partition("?")
     return f"{DEFAULT}{mark}{text}" if stem == "default" else name
 

@@ -146,7 +146,8 @@ class ReplannedPolicy:
     def _planned(self, observation: Observation) -> _Plan:
         """The whole path to the arm as it is seen now."""
         self._frames = observation.frames
-        made = checked_path(self.generate(observation.frames, self._start, self._seed), "it")
+        asked = observation.frames, self._start, self._seed
+        made = checked_path(self.generate(*asked), "the policy")
         dt = made.dt if made.dt is not None else getattr(self._policy, "dt", None)
         if dt is None:
             raise InvalidInputError("its path has no dt; valid is a path that says how fast it is")

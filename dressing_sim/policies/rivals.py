@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -39,7 +40,8 @@ class RivalPolicy:
         self.inputs: Inputs = method.inputs
         self.equivariance: Equivariance = method.equivariance
         self.dt: float | None = None
-        self._learned: tuple[Shown, Skill] | None = None
+        self._shown: Shown | None = None
+        self._skill: Skill | None = None
 
     def fit(self, demonstrations: Sequence[DemonstrationLike]) -> Self:
         """Learn from one demonstration or more.
@@ -50,10 +52,14 @@ class RivalPolicy:
         return self._learn(Shown.of(demonstrations, self.method.samples))
 
     def _learn(self, shown: Shown) -> Self:
-        skill = self.method.learn(shown, np.random.default_rng(self.seed))
+        self._skill = self.method.learn(shown, np.random.default_rng(self.seed))
         self.dt = shown.duration / (self.method.samples - 1)
-        self._learned = shown, skill
+        self._shown = shown
         return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process, which learns again: a skill is a function made here."""
+        return {**self.__dict__, "_skill": None}
 
     def generate(self, frames: Sequence[Frame], start: ArrayLike) -> FloatArray:
         """A path (N, p) for a situation, which begins at the start (p,), in world coordinates.
@@ -61,7 +67,7 @@ class RivalPolicy:
         Raises:
             InvalidInputError: Not fitted, or another number or dimension of frames.
         """
-        shown, skill = self._known()
+        shown = self._known()
         asked, own = situation(frames), shown.situations[0]
         if [one.dimension for one in asked] != [one.dimension for one in own]:
             raise InvalidInputError(
@@ -70,14 +76,16 @@ class RivalPolicy:
                 f"dimension {own[0].dimension}"
             )
         begin = real_vector(start, own[0].dimension, "start has", "m")
-        return begun_at(begin, skill(asked, begin), shown.phase)
+        if self._skill is None:
+            self._skill = _learned(_Lesson.of(self.method, self.seed, shown))
+        return begun_at(begin, self._skill(asked, begin), shown.phase)
 
     def state(self) -> tuple[dict[str, Any], dict[str, FloatArray]]:
         """Settings and arrays, see `dressing_sim.learning.storage`: the demonstrations in phase.
 
         A file says what was learned from, and whoever reads it learns it again.
         """
-        shown, _ = self._known()
+        shown = self._known()
         settings = {
             "method": type(self.method).__name__,
             "config": to_plain(self.method),
@@ -108,10 +116,34 @@ class RivalPolicy:
         duration = real_number(settings["duration"], "duration", 0.0, above=True)
         return policy._learn(Shown(points, frames, duration))
 
-    def _known(self) -> tuple[Shown, Skill]:
-        if self._learned is None:
+    def _known(self) -> Shown:
+        if self._shown is None:
             raise InvalidInputError("the policy has not learned yet; valid is fit() first")
-        return self._learned
+        return self._shown
+
+
+@dataclass(frozen=True)
+class _Lesson:
+    """What a skill depends on; equal if its numbers are."""
+
+    method: Method
+    seed: int
+    content: bytes
+    shown: Shown = field(compare=False)
+
+    @classmethod
+    def of(cls, method: Method, seed: int, shown: Shown) -> Self:
+        """With the demonstrations' numbers."""
+        frames = [array for one in shown.situations for f in one for array in (f.A, f.b)]
+        duration = np.float64(shown.duration)
+        content = b"".join(np.asarray(a).tobytes() for a in (shown.points, *frames, duration))
+        return cls(method, seed, content, shown)
+
+
+@lru_cache(maxsize=32)
+def _learned(lesson: _Lesson) -> Skill:
+    """The skill again; kept, as a worker is sent the same policy for each of its episodes."""
+    return lesson.method.learn(lesson.shown, np.random.default_rng(lesson.seed))
 
 
 @dataclass(frozen=True, slots=True)

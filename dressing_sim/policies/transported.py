@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from dressing_sim.arm import UP, up_across
-from dressing_sim.checks import real_array, real_number, real_vector
+from dressing_sim.checks import one_of, real_array, real_number, real_vector
 from dressing_sim.config import check_kinds, from_plain, to_plain
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning import DemonstrationLike, Frame
@@ -90,10 +90,7 @@ class TransportConfig:
 
     def __post_init__(self) -> None:
         check_kinds(self, "policy")
-        if self.feature not in get_args(Feature):
-            raise InvalidInputError(
-                f"feature is {self.feature!r}, valid is one of {', '.join(get_args(Feature))}"
-            )
+        one_of(self.feature, "feature", get_args(Feature))
         for name in ("length", "landmark_noise", "warp_width"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name} is {getattr(self, name)}, valid is > 0")

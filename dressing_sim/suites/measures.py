@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from dressing_sim.archives import read_toml
-from dressing_sim.checks import clean_name, one_of, real_number, shown
+from dressing_sim.checks import clean_name, of_kind, one_of, real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import assets, is_file
 
@@ -152,7 +152,7 @@ def load_named(
     Raises:
         InvalidInputError: There is none, or the file is not valid.
     """
-    if name_or_file in known:
+    if of_kind(name_or_file, str, f"a {kind}", "a name or a TOML file") in known:
         return known[name_or_file]
     path = find_file(name_or_file, kind, folder, known)
     values = read_measures(path, kind, schema)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dressing_sim.checks import of_kind
 from dressing_sim.control import RobotKinematics
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
@@ -100,7 +101,7 @@ def load_robot(name_or_file: str) -> Robot:
     Raises:
         InvalidInputError: There is none, or the file or its URDF is not valid.
     """
-    if name_or_file in ROBOTS:
+    if of_kind(name_or_file, str, "a robot", "a name or a TOML file") in ROBOTS:
         return ROBOTS[name_or_file]
     folder = find_file(name_or_file, "robot", "robots", ROBOTS).parent
 
@@ -187,6 +188,7 @@ def _joint_keys() -> tuple[str, ...]:
 
 def with_robot(config: EpisodeConfig, name_or_file: str | None) -> EpisodeConfig:
     """The same world with another robot, see `load_robot`, or as it is for None."""
+    of_kind(config, EpisodeConfig, "config", "an EpisodeConfig")
     if name_or_file is None:
         return config
     return replace(config, world=replace(config.world, robot=load_robot(name_or_file)))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.archives import read_json
+from dressing_sim.archives import read_strict_json
 from dressing_sim.arm import Posture
 from dressing_sim.checks import clean_name, of_kind, shown
 from dressing_sim.errors import InvalidInputError
@@ -54,11 +54,11 @@ def load_suite(name_or_file: str) -> list[Posture]:
     path = builtin if is_file(builtin) else Path(name_or_file)
     if not is_file(path):
         raise InvalidInputError(
-            f"unknown suite {name_or_file!r}; valid is one of "
+            f"unknown suite {shown(name_or_file)}; valid is one of "
             f"{', '.join(suite_names())}, a JSON file, or random:N[:SEED]"
         )
     try:
-        content = read_json(path)
+        content = read_strict_json(path)
     except InvalidInputError as error:
         raise InvalidInputError(f"suite {error}") from error
     return _postures(content, str(path))
@@ -171,6 +171,7 @@ def demonstration_postures(name: str) -> list[Posture]:
     Raises:
         InvalidInputError: There is no such suite, or it has fewer than n.
     """
+    of_kind(name, str, "a suite", "a name, or NAME:n")
     # In random:N and random:N:SEED the number after the colon means something else.
     match = None if name.startswith("random:") else re.fullmatch(r"(.+):(\d{1,6})", name, re.ASCII)
     if match is None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dressing_sim.checks import clean_name, real_number, shown
+from dressing_sim.checks import clean_name, real_array, real_number, shown
 from dressing_sim.config import LATER, check_kinds, check_numbers
 from dressing_sim.errors import InvalidInputError
 
@@ -184,12 +184,12 @@ class Robot:
 
 
 def _positive(values: object, name: str) -> tuple[float, ...]:
-    numbers = tuple(map(float, values)) if isinstance(values, tuple | list | np.ndarray) else ()
-    if not numbers or not all(0.0 < number < np.inf for number in numbers):
+    numbers = real_array(values, ("n",), f"{name} has", fewest=1)
+    if not (numbers > 0.0).all():
         raise InvalidInputError(
             f"{name} is {shown(values, 200)}, valid is a number > 0 for each joint"
         )
-    return numbers
+    return tuple(numbers.tolist())
 
 
 #: The robot of all that is published.

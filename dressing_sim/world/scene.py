@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
+from dressing_sim.checks import one_of
 from dressing_sim.config import check_kinds
 from dressing_sim.errors import InvalidInputError, one_line
 from dressing_sim.world.mannequin import add_mannequin
@@ -43,8 +44,7 @@ class SolverConfig:
 
     def __post_init__(self) -> None:
         check_kinds(self, "solver")
-        if self.solver not in ("CG", "Newton"):
-            raise InvalidInputError(f"solver is {self.solver!r}, valid is CG or Newton")
+        one_of(self.solver, "solver", ("CG", "Newton"))
         if not (isinstance(self.iterations, int) and self.iterations >= 1):
             raise InvalidInputError(f"solver: iterations is {self.iterations}, valid is 1 or more")
         for name, most in (("timestep", 0.05), ("tolerance", 1e-5), ("impratio", np.inf)):

@@ -101,7 +101,8 @@ class SleeveConfig:
                 )
         offset = real_vector(self.grasp_offset, 3, "sleeve: grasp_offset has", "m")
         object.__setattr__(self, "grasp_offset", tuple(offset.tolist()))
-        if max(self.vertices_around, self.vertices_along) > MOST_VERTICES:
+        sizes = self.garment.armscye_circumference, self.garment.length / np.sqrt(0.75)
+        if max(sizes) > MOST_VERTICES * self.edge:
             raise InvalidInputError(
                 f"sleeve: edge is {self.edge}, valid is one that makes no more than "
                 f"{MOST_VERTICES} vertices around and along"

@@ -1,5 +1,7 @@
 """What holds for every policy of this package, whatever it does."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from dressing_sim.learning import Frame, SyntheticDemonstration, rotation
 from dressing_sim.learning.storage import Storable
 from dressing_sim.path import checked_path
 from dressing_sim.policies.files import load_policy, save_policy
+from dressing_sim.policies.hosted import Guarded
 from dressing_sim.policies.hyperparameters import TUNED
 from dressing_sim.policies.registry import built_in, learns, make_policy
 from dressing_sim.suites.suites import load_suite
@@ -145,6 +148,12 @@ def test_the_unit_of_length_does_not_matter(policy, name):
         frames = asked(there, posture, unit=1e3)
         other = positions(there.generate(frames, 1e3 * begin(posture)))
         np.testing.assert_allclose(other, 1e3 * one, atol=1e-2)
+
+
+def test_another_process_is_sent_what_gives_the_same_path(policy, name):
+    sent = pickle.loads(pickle.dumps(Guarded(name, policy)))
+    for path, here in zip(answers(sent), answers(policy), strict=True):
+        np.testing.assert_array_equal(path, here)
 
 
 def test_a_saved_policy_gives_the_same_path(policy, tmp_path):

@@ -36,7 +36,7 @@ from dressing_sim.episode.demonstration import (
     save_demonstrations,
 )
 from dressing_sim.errors import InvalidInputError
-from dressing_sim.files import unwritable, write_file
+from dressing_sim.files import plain_path, unwritable, write_file
 from dressing_sim.numerics import numerics as this_numerics
 
 #: Largest file of episodes that is read; one of a million episodes is smaller [bytes].
@@ -215,6 +215,7 @@ def open_run(
         if path.resolve() in own.resolve().parents:  # a new run removes what is in its folder
             raise InvalidInputError(f"{own}: is read, and in {path}; choose another --out")
     wanted = json.loads(json.dumps(plan.to_dict()))
+    plain_path(path / EPISODES)
     if not force:
         check_own(path)  # before a lock is put there
     with locked(path):
