@@ -345,7 +345,7 @@ def _numbers(values: object) -> tuple[float, ...]:
     """A tuple of floats, empty if the values are not all numbers."""
     try:
         listed = [] if isinstance(values, str) else list(values)  # type: ignore[call-overload]
-    except TypeError:
+    except Exception:  # whatever an object of somebody else's does
         listed = []
     valid = all(isinstance(value, Real) and not isinstance(value, bool) for value in listed)
     return tuple(float(value) for value in listed) if valid else ()

@@ -1,3 +1,4 @@
+import contextlib
 import os
 import stat
 import subprocess
@@ -64,6 +65,17 @@ def test_a_name_that_no_file_can_have_is_an_error_and_not_a_file(tmp_path, name)
     with pytest.raises(InvalidInputError, match="cannot be written"):
         check_writable(tmp_path / name)
     assert not is_file(tmp_path / name)
+
+
+@pytest.mark.parametrize("write", [check_writable, lambda name: write_file(name, "text")])
+@pytest.mark.parametrize("name", ["", "a\0b", "missing/../kept.txt", "kept.txt/../../kept.txt"])
+def test_no_name_leads_to_another_file_once_its_folders_are_made(tmp_path, write, name):
+    kept = tmp_path / "kept.txt"
+    kept.write_text("mine")
+    with contextlib.chdir(tmp_path), pytest.raises(InvalidInputError, match="cannot be written"):
+        write(name)
+    assert kept.read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.txt"]
 
 
 def test_a_full_disk_is_an_error_that_names_the_file_and_leaves_the_old_one(tmp_path):

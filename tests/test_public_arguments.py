@@ -12,8 +12,35 @@ from learning_tasks import reaching_demonstrations
 import dressing_sim
 from dressing_sim import learning
 from dressing_sim.benchmark.studies import evaluate as evaluate_module
+from dressing_sim.envs import dm
+from dressing_sim.envs.gym import DressArm
+from dressing_sim.envs.task import env_config
+from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError, InvalidInputError
 from dressing_sim.learning import TPGMM, BoundsSampler, Frame, TimeTPGMM, TrajectoryTPGMM
+from dressing_sim.policies.confidence import Judge
+from dressing_sim.policies.paper import TPGMMConfig
+from dressing_sim.policies.registry import make_policy
+from dressing_sim.policies.transported import TransportConfig
+from dressing_sim.suites.people import load_person
+from dressing_sim.suites.robots import load_robot, with_robot
+from dressing_sim.suites.suites import demonstration_postures
+from dressing_sim.suites.wardrobe import load_garment
+from dressing_sim.world.robot import PANDA, Robot, ServoConfig
+from dressing_sim.world.scene import SolverConfig
+from dressing_sim.world.sleeve import SleeveConfig
+
+
+class Hostile:
+    """An object that raises whatever it is asked."""
+
+    def fails(self, *_arguments):
+        raise RuntimeError("hostile")
+
+    __repr__ = __len__ = __iter__ = __float__ = __eq__ = __array__ = fails
+    __hash__ = None
+
 
 WRONG = {
     "None": None,
@@ -34,6 +61,8 @@ WRONG = {
     "object": object(),
     "function": lambda *arguments: None,
     "class": object,
+    "10**400": 10**400,
+    "hostile": Hostile(),
 }
 
 DEMONSTRATIONS = reaching_demonstrations(2)
@@ -165,6 +194,28 @@ METHODS = {
     "Operator.generate": (dressing_sim.Operator().generate, {"posture": FAR, "start": LINE[0]}),
 }
 
+#: What documented pages name beside the public names.
+DOCUMENTED = {
+    "Robot": (Robot, {"joints": PANDA.joints, "home": PANDA.home}),
+    "ServoConfig": (ServoConfig, {}),
+    "SleeveConfig": (SleeveConfig, {}),
+    "SolverConfig": (SolverConfig, {}),
+    "Thresholds": (Thresholds, {}),
+    "TPGMMConfig": (TPGMMConfig, {}),
+    "TransportConfig": (TransportConfig, {}),
+    "Judge.from_dict": (Judge.from_dict, {"values": {}}),
+    "Judge.load": (Judge.load, {"path": "none.json"}),
+    "demonstration_postures": (demonstration_postures, {"name": "paper5"}),
+    "dm.load": (dm.load, {"posture": FAR, "seed": 0}),
+    "DressArm": (DressArm, {"posture": FAR}),
+    "env_config": (env_config, {"choices": {}}),
+    "load_garment": (load_garment, {"name_or_file": "tshirt-m"}),
+    "load_person": (load_person, {"name_or_file": "male"}),
+    "load_robot": (load_robot, {"name_or_file": "panda"}),
+    "make_policy": (make_policy, {"name": "tp-gmm"}),
+    "with_robot": (with_robot, {"config": EpisodeConfig(), "name_or_file": "panda"}),
+}
+
 #: Public names that are no functions of a user: protocols, types, and results that others make.
 NONE = {
     *("DemonstrationLike", "Inputs", "Policy", "SituationSampler", "TimedPath"),
@@ -178,7 +229,7 @@ def public(name):
     return getattr(dressing_sim if name in dressing_sim.__all__ else learning, name)
 
 
-CALLS = {**{name: (name, valid) for name, valid in VALID.items()}, **METHODS}
+CALLS = {**{name: (name, valid) for name, valid in VALID.items()}, **METHODS, **DOCUMENTED}
 
 
 @pytest.fixture(autouse=True)

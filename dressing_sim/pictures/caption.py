@@ -44,13 +44,13 @@ class Caption:
         end: float,
         heat: StrainScale | None = None,
     ) -> None:
-        self._axis, self._gauge, self._mesh = ArmAxis.of(posture), StrainGauge(mesh), mesh
+        self._posture, self._gauge, self._mesh = posture, StrainGauge(mesh), mesh
         self._story, self._end, self._heat = story, end, heat
 
     def numbers(self, moment: Moment) -> str:
         """Time, arm coordinate, force and strain in a line."""
         ring = self._mesh.rings(moment.cloth)[0].mean(axis=0)
-        s = float(self._axis.coordinate(ring[None])[0])
+        s = float(ArmAxis.of(moment.arm(self._posture)).coordinate(ring[None])[0])
         percent = self._story.thresholds.strain_percentile
         strain = self._gauge.percentile(self._gauge.principal(moment.cloth), percent)
         return (

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dressing_sim.pictures.implicit import Field, gradient
+from dressing_sim.pictures.reshaping import reshape
 from dressing_sim.pictures.strain_colours import StrainScale
 from dressing_sim.pictures.subdivision import subdivided
 from dressing_sim.pictures.weave import weave
@@ -44,12 +45,15 @@ class DrawnSleeve:
         mesh: The simulated sleeve at rest.
         skin: What the cloth is kept outside of.
         strain: The scale of its colours, or None for cloth in its own.
+
+    Attributes:
+        skin: As given; another one once the person has moved.
     """
 
     def __init__(
         self, spec: mujoco.MjSpec, mesh: SleeveMesh, skin: Field, strain: StrainScale | None
     ) -> None:
-        self._mesh, self._skin, self._strain = mesh, skin, strain
+        self._mesh, self.skin, self._strain = mesh, skin, strain
         levels = next(n for n in range(6) if len(mesh.triangles) * 4**n >= _ENOUGH or n == 5)
         self._fine = fine = subdivided(mesh.triangles, len(mesh.vertices), levels)
         n, rest = len(fine.smooth), fine.through @ mesh.vertices
@@ -142,11 +146,11 @@ class DrawnSleeve:
         fine = self._fine
         middle = fine.through @ positions
         for _ in range(2):  # where fingers meet, the nearest way out is not yet out
-            depth = _GAP + self._half - self._skin(middle)
+            depth = _GAP + self._half - self.skin(middle)
             under = depth > 0.0
             if not under.any():
                 break
-            middle[under] += depth[under, None] * gradient(self._skin, middle[under])
+            middle[under] += depth[under, None] * gradient(self.skin, middle[under])
         corners = middle[fine.triangles]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals = np.empty_like(middle)
@@ -163,10 +167,10 @@ class DrawnSleeve:
         outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
         points = [middle + offset, middle - offset, middle + 0.8 * self._half[:, None] * outwards]
         surface = np.concatenate(points)[self._used]
-        depth = _LEAST_GAP - self._skin(surface)  # in sharp folds a side is not where it was sent
+        depth = _LEAST_GAP - self.skin(surface)  # in sharp folds a side is not where it was sent
         under = depth > 0.0
         if under.any():
-            surface[under] += depth[under, None] * gradient(self._skin, surface[under])
+            surface[under] += depth[under, None] * gradient(self.skin, surface[under])
         return surface, np.concatenate([normals, -normals, outwards])[self._used]
 
     def place(self, model: mujoco.MjModel, positions: NDArray[np.float64]) -> int:
@@ -179,20 +183,11 @@ class DrawnSleeve:
         Returns:
             The mesh to upload.
         """
-        mesh = model.mesh(NAME).id
-        points, normals = self.shape(positions)
-        # A compiled mesh is kept in the frame of its inertia, and drawn where its geom is.
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, model.mesh_quat[mesh])
-        turn = rotation.reshape(3, 3)
-        at, n = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        model.mesh_vert[at : at + n] = (points - model.mesh_pos[mesh]) @ turn
-        at, n = model.mesh_normaladr[mesh], model.mesh_normalnum[mesh]
-        model.mesh_normal[at : at + n] = normals @ turn
+        mesh = reshape(model, NAME, *self.shape(positions))
         if self._strain is not None:
             strain = self._fine.smooth @ self._strain.at_vertices(positions)
             column = self._strain.column(np.tile(strain, 3)[self._used])
             at, n = model.mesh_texcoordadr[mesh], model.mesh_texcoordnum[mesh]
             model.mesh_texcoord[at : at + n, 0] = column[self._faces.ravel()]
             model.mesh_texcoord[at : at + n, 1] = 0.5
-        return int(mesh)
+        return mesh

@@ -61,15 +61,9 @@ class Mark:
         scene.ngeom += 1
 
 
-def lasting(posture: Posture, story: Story, overlays: tuple[str, ...]) -> list[Mark]:
+def lasting(story: Story, overlays: tuple[str, ...]) -> list[Mark]:
     """Marks that are the same in all pictures of an episode."""
     marks = []
-    if "frames" in overlays:
-        for frame in posture.frames():
-            marks += [
-                Mark(frame.b, frame.b + 0.13 * frame.A[:, axis], 0.004, rgb, arrow=True)
-                for axis, rgb in enumerate(_AXES)
-            ]
     if "demonstrations" in overlays:
         for path in story.demonstrations:
             marks += _line(path, 0.002, _DEMONSTRATION)
@@ -79,16 +73,22 @@ def lasting(posture: Posture, story: Story, overlays: tuple[str, ...]) -> list[M
 
 
 def momentary(posture: Posture, moment: Moment, overlays: tuple[str, ...]) -> list[Mark]:
-    """Marks of one picture: how the cloth presses on each link, with its newtons."""
+    """Marks of one picture: the arm's frames, and how the cloth presses on each link [N]."""
+    arm, marks = moment.arm(posture), []
+    if "frames" in overlays:
+        for frame in arm.frames():
+            marks += [
+                Mark(frame.b, frame.b + 0.13 * frame.A[:, axis], 0.004, rgb, arrow=True)
+                for axis, rgb in enumerate(_AXES)
+            ]
     if "forces" not in overlays:
-        return []
-    wrist, elbow, shoulder = posture.wrist, posture.elbow, posture.shoulder
+        return marks
+    wrist, elbow, shoulder = arm.wrist, arm.elbow, arm.shoulder
     places = {
         "hand": wrist,
         "forearm": 0.5 * (wrist + elbow),
         "upper_arm": 0.5 * (elbow + shoulder),
     }
-    marks = []
     for link, force in zip(LINKS, moment.link_force, strict=True):
         newtons = float(np.linalg.norm(force))
         if newtons < _LEAST or link not in places:

@@ -241,6 +241,12 @@ def trunk(posture: Posture) -> Solid:
     return Solid(tuple(_trunk(_Body(posture.shoulder))), 0.05)
 
 
+def beside_arm(posture: Posture) -> Solid:
+    """What goes with the shoulder and not with the arm: trunk, head and the other arm."""
+    body = _Body(posture.shoulder)
+    return Solid((*_trunk(body), *_head(body), *_right_arm(body)), 0.05)
+
+
 @lru_cache(maxsize=4)
 def person(posture: Posture) -> tuple[Surface, ...]:
     """All of the person that is drawn."""

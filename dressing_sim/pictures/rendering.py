@@ -22,12 +22,20 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError
+from dressing_sim.motion import UNITS
 from dressing_sim.pictures.cameras import View
 from dressing_sim.pictures.canvas import Canvas
 from dressing_sim.pictures.cloth import SLEEVE_GROUP
 from dressing_sim.pictures.look import check_size
+from dressing_sim.pictures.moving import MovingPerson
 from dressing_sim.pictures.overlays import Mark
-from dressing_sim.pictures.visuals import COLLISION_GROUP, VISUAL_GROUP, drawing_spec
+from dressing_sim.pictures.person import person
+from dressing_sim.pictures.visuals import (
+    COLLISION_GROUP,
+    VISUAL_GROUP,
+    drawing_spec,
+    dressed_skin,
+)
 from dressing_sim.world.scene import WorldConfig, compiled, resting_sleeve
 
 #: Drawn with through PyOpenGL, without a window system; what there is on Linux.
@@ -150,6 +158,8 @@ class OffscreenRenderer:
         self._resting = resting_sleeve(posture, config.sleeve).vertices
         spec.visual.quality.offsamples = _SAMPLES if fine else 0
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+        self._posture = posture
+        self._person = None if posture.motion is None else MovingPerson(posture, person(posture))
         self._model = compiled(spec)
         self._data = mujoco.MjData(self._model)
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
@@ -165,7 +175,7 @@ class OffscreenRenderer:
         self._sleeve_alone.geomgroup[:] = 0
         self._sleeve_alone.geomgroup[SLEEVE_GROUP] = 1
         self._without_sleeve.geomgroup[SLEEVE_GROUP] = 0
-        self._whole = fine
+        self._whole = fine or self._person is not None
         self._still: dict[str, _Layer] = {}
 
     def _upload(self) -> mujoco.MjrContext:
@@ -248,9 +258,14 @@ class OffscreenRenderer:
         return _Layer(np.ascontiguousarray(picture[::-1]), upright)
 
     def _place(self, qpos: NDArray[np.float64]) -> None:
-        """Put robot and sleeve where they are."""
-        n_cloth = self._resting.size
-        self._data.qpos[:] = qpos[: len(qpos) - n_cloth]
+        """Put robot, sleeve and a person who moves where they are."""
+        n_cloth, n_robot = self._resting.size, self._model.nq
+        self._data.qpos[:] = qpos[:n_robot]
+        if self._person is not None:
+            now = self._posture.at(qpos[n_robot : len(qpos) - n_cloth] / UNITS)
+            for mesh in self._person.place(self._model, now):
+                mujoco.mjr_uploadMesh(self._model, self._context, mesh)
+            self._sleeve.skin = dressed_skin(now)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         # Each vertex slides from where it rests.
@@ -274,7 +289,7 @@ class OffscreenRenderer:
         Returns:
             Shape (n,).
         """
-        self._data.qpos[:] = qpos[: len(qpos) - self._resting.size]
+        self._data.qpos[:] = qpos[: self._model.nq]
         mujoco.mj_kinematics(self._model, self._data)
         robot = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
         robot[COLLISION_GROUP] = 1

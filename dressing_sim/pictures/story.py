@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from dressing_sim.arm import Posture
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.thresholds import Thresholds
+from dressing_sim.motion import UNITS
 from dressing_sim.world.simulation import World
 
 
@@ -22,6 +24,7 @@ class Moment:
         cloth: Of the sleeve's vertices, shape (n, 3) [m].
         grip_force: Pull of the gripper, as a force sensor reads it [N].
         link_force: Of the cloth on each link of the person, shape (n_links, 3) [N].
+        person: Coordinates (7,) of an arm that moves, see `dressing_sim.world.simulation.World`.
     """
 
     time: float
@@ -29,6 +32,7 @@ class Moment:
     cloth: NDArray[np.float64]
     grip_force: float
     link_force: NDArray[np.float64]
+    person: NDArray[np.float64] | None = None
 
     @classmethod
     def of(cls, world: World, began: float) -> Moment:
@@ -39,7 +43,12 @@ class Moment:
             world.cloth,
             float(np.linalg.norm(world.grip_load)),
             world.cloth_load.net.copy(),
+            world.person,
         )
+
+    def arm(self, posture: Posture) -> Posture:
+        """Where an arm is now that was in a posture."""
+        return posture if self.person is None else posture.at(self.person / UNITS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

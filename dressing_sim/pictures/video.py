@@ -119,7 +119,7 @@ class Shot:
         top = self.story.thresholds.strain if "strain" in look.overlays else None
         scale = None if top is None else StrainScale(mesh, top)
         caption = Caption(self.posture, mesh, self.story, moments[-1].time, scale)
-        still = lasting(self.posture, self.story, look.overlays)
+        still = lasting(self.story, look.overlays)
         with OffscreenRenderer(
             self.posture, self.config, look.width, look.height, top, look.fine
         ) as renderer:

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from dressing_sim.arm import Posture
 from dressing_sim.pictures.cloth import DrawnSleeve
+from dressing_sim.pictures.implicit import Field
 from dressing_sim.pictures.meshes import robot_skin
 from dressing_sim.pictures.person import FLOOR, Surface, left_arm, person, trunk
 from dressing_sim.pictures.strain_colours import StrainScale
@@ -43,13 +44,15 @@ def drawing_spec(
     add_studio(spec, posture, config.robot.base_position)
     standing = np.concatenate([part.vertices for part in person(posture)])
     add_soft_shadow(spec, standing, posture.shoulder_position[2] - FLOOR)
-    arm, chest = left_arm(posture), trunk(posture)
     mesh = resting_sleeve(posture, config.sleeve)
     scale = None if strain_top is None else StrainScale(mesh, strain_top)
-    sleeve = DrawnSleeve(
-        spec, mesh, lambda points: np.minimum(arm(points), chest(points) - 0.009), scale
-    )
-    return spec, sleeve
+    return spec, DrawnSleeve(spec, mesh, dressed_skin(posture), scale)
+
+
+def dressed_skin(posture: Posture) -> Field:
+    """What the drawn sleeve is kept outside of."""
+    arm, chest = left_arm(posture), trunk(posture)
+    return lambda points: np.minimum(arm(points), chest(points) - 0.009)
 
 
 def _add_surface(spec: mujoco.MjSpec, part: Surface) -> None:

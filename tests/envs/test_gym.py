@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -149,8 +150,49 @@ def test_options_say_whom_to_dress_in_this_episode(posture):
         env.reset(options={"arm": 1})
 
 
+@pytest.mark.parametrize(
+    ("asked", "part"),
+    [
+        ({"seed": "x"}, "seed is 'x'"),
+        ({"seed": -1}, "seed is -1"),
+        ({"seed": 0.5}, "seed is 0.5"),
+        ({"options": 3}, "options is 3"),
+        ({"options": {3: 1, "x": 2}}, "no option '3'"),
+    ],
+)
+def test_what_cannot_be_asked_of_reset_is_named(asked, part):
+    with pytest.raises(InvalidInputError, match=part):
+        made("bent10", episode=BRIEF).reset(**asked)
+
+
+def test_a_seed_may_be_a_number_of_numpy():
+    env = made("bent10", episode=BRIEF)
+    assert env.reset(seed=np.int64(3))[1]["posture"] == "bent10"
+
+
+@pytest.mark.parametrize("look", ["time", "dressing", "success"])
+def test_before_the_first_reset_there_is_no_episode(look):
+    task = DressArm().task
+    with pytest.raises(InvalidInputError, match="no episode has begun; valid is reset"):
+        attrgetter(look)(task)
+
+
+def test_nor_anything_that_was_recorded():
+    task = DressArm().task
+    with pytest.raises(InvalidInputError, match="no episode has begun; valid is reset"):
+        task.recording()
+
+
+def test_a_huge_action_is_refused_without_a_warning(posture, recwarn):
+    env = made("bent10", episode=BRIEF)
+    env.reset()
+    with pytest.raises(InvalidInputError, match="action"):
+        env.step(np.full(4, 1e300))
+    assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+
+
 def test_a_name_that_does_not_exist_says_what_does():
-    with pytest.raises(InvalidInputError, match="valid is rgb_array or None"):
+    with pytest.raises(InvalidInputError, match="must be one of rgb_array"):
         DressArm(render_mode="ansi")
     with pytest.raises(InvalidInputError, match="unknown posture"):
         made("bent11").reset()

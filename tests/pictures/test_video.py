@@ -24,6 +24,7 @@ def fake_world(time):
         cloth=np.zeros((1, 3)),
         grip_load=np.zeros(3),
         cloth_load=SimpleNamespace(net=np.zeros((5, 3))),
+        person=None,
     )
 
 

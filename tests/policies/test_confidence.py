@@ -1,6 +1,7 @@
 """What a judge looks at, and a policy that abstains."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -112,7 +113,25 @@ def test_a_judge_is_the_same_from_its_file(tmp_path):
     assert loaded.probability(features) == judge().probability(features)
 
 
-@pytest.mark.parametrize("damage", ["[]", "{}", '{"features": {"bend": 1}}', "no"])
+def damaged(part, value):
+    values = judge().to_dict()
+    values[part] = value
+    return json.dumps(values)
+
+
+SCALE = judge().to_dict()["features"] | {"bend": {"mean": 0.0, "scale": 0.0, "weight": 1.0}}
+MEAN = judge().to_dict()["features"] | {"bend": {"mean": True, "scale": 1.0, "weight": 1.0}}
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *("[]", "{}", '{"features": {"bend": 1}}', "no", '{"policy": "a", "policy": "b"}'),
+        *(damaged("n_episodes", value) for value in (math.inf, "5", 2.5, -1)),
+        *(damaged("features", value) for value in (SCALE, MEAN)),
+        *(damaged(part, 3) for part in ("policy", "source", "more")),
+    ],
+)
 def test_a_damaged_judge_is_one_line(tmp_path, damage):
     (tmp_path / "judge.json").write_text(damage)
     with pytest.raises(InvalidInputError, match=r"judge\.json") as caught:

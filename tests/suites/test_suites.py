@@ -168,7 +168,7 @@ def test_a_suite_can_be_a_file(tmp_path):
 def test_an_unknown_suite_is_an_error_that_says_what_is_valid(name):
     with pytest.raises(InvalidInputError, match=r"valid is .*random:N") as caught:
         load_suite(name)
-    assert repr(name) in str(caught.value)
+    assert repr(name)[1:40] in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,8 @@ def test_an_unknown_suite_is_an_error_that_says_what_is_valid(name):
         ({"postures": [ARM | {"elbow_deg": 200}]}, "elbow_deg is 200"),
         ({"postures": [ARM | {"elbow_deg": "40"}]}, "elbow_deg is '40'"),
         ({"postures": [ARM | {"shoulder_position": "mid"}]}, "shoulder_position is 'mid'"),
-        ({"postures": [ARM | {"elbow_deg": float("nan")}]}, "elbow_deg is nan"),
+        ({"postures": [ARM | {"elbow_deg": float("nan")}]}, "the number NaN is not finite"),
+        ('{"postures": [], "postures": []}', "'postures'"),
         ({"postures": [ARM | {"elbow": 20}]}, "unknown ['elbow']"),
         ({"postures": [5]}, "missing"),
         ({"postures": [{"name": "half"}]}, "'half': missing"),

@@ -17,6 +17,9 @@ from dressing_sim.policies.host import PolicyLimits
 
 GONE = ("Raises", "RaisesInFit", "Hangs", "Nan", "Exits", "ExitsAtOnce", "ActsWrong")
 
+#: What they have learned is a function, which cannot be sent to a worker.
+OURS = ("straight", "warp")
+
 #: So short that nobody dresses anybody: what is tested is who answered.
 CONFIG = EpisodeConfig(hold=0.1, time_limit=1.0)
 
@@ -26,7 +29,8 @@ LIMITS = PolicyLimits(fit_time=5.0, generate_time=3.0)
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "out"
-    entries = [Entry("expert"), *(Entry(f"broken:{name}", "case_b") for name in (*GONE, "Talks"))]
+    names = (*(f"broken:{name}" for name in (*GONE, "Talks")), *OURS)
+    entries = [Entry("expert"), *(Entry(name, "case_b") for name in names)]
     plan = make_plan(Protocol("few", "case_b", tuple(entries)), config=CONFIG, policy_limits=LIMITS)
     study = Success(Work(demonstrate=demonstrate_in_full))
     with Processes(2) as workers:
@@ -44,7 +48,7 @@ def test_each_row_has_all_its_episodes_and_says_what_happened(ran):
         row = rows[f"broken:{name}"]
         assert row["failures"] == {"policy_error": 2}
         assert (row["n_episodes"], row["n_success"], row["n_void"]) == (2, 0, 0)
-    for name in ("expert", "broken:Talks"):
+    for name in ("expert", "broken:Talks", *OURS):
         assert "policy_error" not in rows[name]["failures"]
         assert rows[name]["n_episodes"] == 2
     text = (out / "report.md").read_text()
