@@ -33,6 +33,7 @@ def view(
         host: address to listen at; 0.0.0.0 for all of this machine's.
         takes: file that demonstrations by hand are kept in, and learned from.
     """
+    import logging
     import time
 
     from dressing_sim.extras import needed
@@ -47,6 +48,8 @@ def view(
     if takes.suffix not in (".h5", ".hdf5"):
         raise InvalidInputError(f"takes {takes}: valid is a file whose name ends in .h5")
     check_writable(takes)
+    # Browsers open connections that they then do not use.
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     session = Session(Lessons(takes), past=None if run is None else Past(run))
     page = Page(session, host, port)
     shown = "localhost" if host == LOOPBACK else host

@@ -245,7 +245,7 @@ class Page:
         moment = session.moment()
         if session.showing and live is not None and moment is not None:
             at = len(moments) - 1 if session.at is None else min(session.at, len(moments) - 1)
-            stage.draw_arm(live.dressing.posture)
+            stage.draw_arm(moment.arm)
             stage.draw_moment(live, moment, moments[: at + 1])
             stage.draw_other(session.beside, at)
             hand = session.hand if session.at is None else None

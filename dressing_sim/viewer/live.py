@@ -22,6 +22,7 @@ from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import begin, plan
 from dressing_sim.learning import Policy
+from dressing_sim.motion import UNITS
 from dressing_sim.path import Path, policy_path
 from dressing_sim.viewer.leaders import AlongTargets, AlongTrajectory, ByHand, Leader, Order
 
@@ -36,10 +37,12 @@ class Moment:
     Attributes:
         row: What was measured.
         cloth: Vertices of the sleeve, (n_vertices, 3) [m].
+        arm: Where the arm is.
     """
 
     row: Row
     cloth: NDArray[np.float32]
+    arm: Posture
 
 
 class Live:
@@ -151,7 +154,9 @@ class Live:
         return True
 
     def _moment(self, row: Row) -> Moment:
-        return Moment(row, self.dressing.world.cloth.astype(np.float32))
+        world, arm = self.dressing.world, self.dressing.posture
+        now = arm if world.person is None else arm.at(world.person / UNITS)
+        return Moment(row, world.cloth.astype(np.float32), now)
 
     def steps(self) -> Iterator[Moment]:
         """Go on to the end, moment by moment."""

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 _NOBODY = "nobody"
 
+#: Around what is chosen, in the map.
+_RING = ' stroke="currentColor" stroke-width="2"'
+
 #: Radius of a posture's ball in the scene [m].
 _BALL = 0.013
 
@@ -64,8 +67,8 @@ class RunPanel:
     def _changed(self) -> None:
         """Another row: its map, its balls, its postures."""
         episodes = self._episodes()
-        self._map.content = failure_map(episodes)
         self._posture.options = self._names()
+        self._map.content = failure_map(episodes, self._posture.value)
         self._tell()
         places = np.array([one.posture.wrist for one in episodes], dtype=np.float32)
         colours = np.array([_rgb(colour_of(one.outcome)) for one in episodes], dtype=np.uint8)
@@ -93,6 +96,7 @@ class RunPanel:
     def _chosen(self) -> None:
         """Another posture: the arm takes it."""
         self._tell()
+        self._map.content = failure_map(self._episodes(), self._posture.value)
         with self._session.telling():
             episode = self._past.episode(self._row.value, self._posture.value)
             self._session.choose_by(lambda choices: replace(choices, posture=episode.posture))
@@ -108,6 +112,7 @@ class RunPanel:
 
     def _replay(self) -> None:
         other = self._other.value
+        self._chosen()  # the arm's sliders are those of what is replayed
         beside = None if other in (_NOBODY, self._row.value) else other
         with self._session.telling():
             self._session.replay(self._row.value, self._posture.value, beside)
@@ -128,11 +133,17 @@ def nearest(
 
 
 def _rgb(colour: str) -> tuple[int, ...]:
-    return tuple(bytes.fromhex(colour.removeprefix("#")))
+    """Bytes of a colour that is seen as the map's: many meshes at once have theirs as light."""
+    bright = np.frombuffer(bytes.fromhex(colour.removeprefix("#")), dtype=np.uint8) / 255.0
+    light = np.where(bright <= 0.04045, bright / 12.92, ((bright + 0.055) / 1.055) ** 2.4)
+    return tuple(np.round(255.0 * light).astype(int).tolist())
 
 
-def failure_map(episodes: Sequence[EpisodeResult]) -> str:
-    """Verdicts over the elbow's and the shoulder's angle, as HTML with a legend that counts."""
+def failure_map(episodes: Sequence[EpisodeResult], chosen: str = "") -> str:
+    """Verdicts over the elbow's and the shoulder's angle, as HTML with a legend that counts.
+
+    The posture that is chosen has a ring.
+    """
     width, height, edge = 320.0, 190.0, 26.0
     elbow = np.array([one.posture.elbow_deg for one in episodes])
     flexion = np.array([one.posture.flexion_deg for one in episodes])
@@ -143,7 +154,8 @@ def failure_map(episodes: Sequence[EpisodeResult]) -> str:
 
     x, y = spread(elbow, edge, width - 10.0), spread(flexion, height - edge, 10.0)
     dots = "".join(
-        f'<circle cx="{cx:.1f}" cy="{cy:.1f}" r="4" fill="{colour_of(one.outcome)}">'
+        f'<circle cx="{cx:.1f}" cy="{cy:.1f}" r="4" fill="{colour_of(one.outcome)}"'
+        f"{_RING if one.posture.name == chosen else ''}>"
         f"<title>{one.posture.name}: {verdict_of(one.outcome)}</title></circle>"
         for one, cx, cy in zip(episodes, x, y, strict=True)
     )

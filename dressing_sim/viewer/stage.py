@@ -221,7 +221,7 @@ class Stage:
         self.draw_robot(moment.row.joint_position)
         self._line("path", None if live.path is None else live.path.positions, _PATH, 3.0)
         self._line("way", _thinned(way), _WAY, 4.0)
-        self._signs.forces(live.dressing.posture, moment)
+        self._signs.forces(moment.arm, moment)
 
     def draw_other(self, live: Live | None, at: int) -> None:
         """Another dressing at the same step: its cloth, and the way of its gripper."""

@@ -1,5 +1,7 @@
 """What the page shows is the command line's episode, to the bit, wherever it is interrupted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record, replay
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.motion import Drift, Motion
 from dressing_sim.path import Path
 from dressing_sim.viewer.lessons import Lessons, demonstration_of
 from dressing_sim.viewer.live import Live
@@ -29,6 +32,18 @@ def test_it_is_the_recorded_episode_to_the_bit(live, recording):
     assert live.outcome.to_dict() == recording.outcome.to_dict()
     places = [live.dressing.start, *(moment.row.tcp for moment in live.moments[1:])]
     assert np.array_equal(places, recording.positions)
+
+
+def test_each_moment_knows_where_the_arm_is_even_if_it_moves(live, posture):
+    assert all(moment.arm is posture for moment in live.moments)
+    drift = Motion(drift=(Drift("elbow_deg", 10.0, 0.0, 1.0),))
+    moving = Live.of_policy(Operator(), replace(posture, motion=drift), 0, EpisodeConfig())
+    for _ in range(60):
+        moving.step()
+    elbows = [moment.arm.elbow_deg - posture.elbow_deg for moment in moving.moments]
+    assert elbows[0] == pytest.approx(0.0, abs=1e-9)
+    assert elbows[-1] == pytest.approx(10.0, abs=0.05)
+    assert (np.diff(elbows) > -1e-9).all()
 
 
 def test_it_goes_on_from_any_moment_with_the_same_bits(posture, live, recording):
