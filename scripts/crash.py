@@ -137,7 +137,7 @@ def one_round(name: str, out: Path, whole: Whole, draw: random.Random) -> int:
     for kill in kills:
         before = contents(out)
         resumed = "config.json" in before and "summary.json" not in before
-        more = (["--resume"] if resumed else []) if name in STUDIES else ["--force"]
+        more = ["--resume"] if name in STUDIES and resumed else ["--force"]
         child = begin(typed(name, out, *more))
         if kill:
             killed += disturb(child, out, draw, whole.seconds, 15 if name in STUDIES else 3)

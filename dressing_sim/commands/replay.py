@@ -9,7 +9,7 @@ from pathlib import Path
 import tyro
 
 from dressing_sim.commands.filming import Filming
-from dressing_sim.commands.options import print_outcome
+from dressing_sim.commands.options import names, print_outcome
 
 _NO_FILM = Filming()
 
@@ -36,7 +36,7 @@ def replay(
     """
     from dressing_sim.benchmark.run.folder import CONFIG, DEMONSTRATIONS, EPISODES
     from dressing_sim.benchmark.run.origin import Origin
-    from dressing_sim.benchmark.run.replay import replay_episode
+    from dressing_sim.benchmark.run.replay import intended, replay_episode
     from dressing_sim.benchmark.run.store import load_run
     from dressing_sim.benchmark.studies import find_study
     from dressing_sim.numerics import numerics
@@ -75,7 +75,9 @@ def replay(
         from dressing_sim.pictures.video import Shot
 
         title = f"{result.entry.policy} on {result.posture.name}"
-        story = Story(title, result.outcome, thresholds=again.config.thresholds)
+        drawn = {"path", "demonstrations"} & set(names(filming.overlays))
+        way, shown = intended(run, episode) if drawn else (None, ())
+        story = Story(title, result.outcome, way, shown, again.config.thresholds)
         filming.write([Shot(film, again.posture, again.config.world, story)], inputs, json)
     if not agreement.holds:
         raise SystemExit(1)

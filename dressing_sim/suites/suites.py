@@ -104,12 +104,25 @@ def _postures(content: Any, source: str) -> list[Posture]:
     return postures
 
 
+#: How postures of random suites are called: by their seed and their place.
+_RANDOM_NAME = re.compile(r"random(\d{1,18})-(\d{1,5})", re.ASCII)
+
+
+def _named(postures: Sequence[Posture], name: str, file: str) -> Posture:
+    for posture in postures:
+        if posture.name == name:
+            return posture
+    names = ", ".join(posture.name for posture in postures[:20])
+    raise InvalidInputError(f"suite {file}: no posture {shown(name)}; valid is one of {names}")
+
+
 def find_posture(name: str) -> Posture:
-    """A posture of a built-in suite by its name, or one given by its angles.
+    """A posture of a suite by its name, or one given by its angles.
 
     Args:
-        name: A name such as ``bent40``, or ``FLEXION,ABDUCTION,ROTATION,ELBOW`` in degrees, with
-            the size of the arm after it if wanted, such as ``,female_small``.
+        name: A name such as ``bent40``; one of a file or a random suite as ``mine.json:NAME`` and
+            ``random0-6``; or ``FLEXION,ABDUCTION,ROTATION,ELBOW`` in degrees, with the size of the
+            arm after it if wanted, such as ``,female_small``.
 
     Raises:
         InvalidInputError: No posture has this name, or an angle is impossible.
@@ -129,6 +142,11 @@ def find_posture(name: str) -> Posture:
         flexion, abduction, rotation, elbow = angles
         size = parts[4] if len(parts) == 5 else "male"
         return Posture(name, flexion, abduction, rotation, elbow, size)
+    if (drawn := _RANDOM_NAME.fullmatch(name)) is not None:
+        return _random_suite(f"random:{int(drawn[2]) + 1}:{drawn[1]}")[-1]
+    file, _, inside = name.rpartition(":")
+    if inside and is_file(file):
+        return _named(load_suite(file), inside, file)
     suites = {suite: load_suite(suite) for suite in suite_names()}
     known = {posture.name: posture for postures in suites.values() for posture in postures}
     if name not in known:
@@ -142,8 +160,8 @@ def find_posture(name: str) -> Posture:
             f"{suites[suite][0].name} to {suites[suite][-1].name}" for suite in DRAWN_SUITES
         )
         raise InvalidInputError(
-            f"unknown posture {shown(name)}; valid is one of {listed}, {drawn}, or "
-            "FLEXION,ABDUCTION,ROTATION,ELBOW in degrees"
+            f"unknown posture {shown(name)}; valid is one of {listed}, {drawn}, FILE:NAME, "
+            "randomSEED-N, or FLEXION,ABDUCTION,ROTATION,ELBOW in degrees"
         )
     return known[name]
 

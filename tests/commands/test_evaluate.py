@@ -153,7 +153,11 @@ def test_a_finished_run_is_replaced_and_can_be_resumed(tmp_path, arguments, suit
     code, _, errors = play(tmp_path, arguments, out, "--resume")
     assert (code, files(out)) == (0, before), errors
     assert len(tries(tmp_path, 0)) == 1
-    assert play(tmp_path, arguments, out, "--seed", "3")[0] == 0
+    code, _, errors = play(tmp_path, arguments, out, "--seed", "3")
+    assert (code, files(out)) == (2, before)
+    assert "holds a finished run with another config; choose another --out, or use" in errors
+    assert play(tmp_path, arguments, out)[0] == 0
+    assert play(tmp_path, arguments, out, "--seed", "3", "--force")[0] == 0
     assert load_run(out).plan.seed == 3
 
 

@@ -221,6 +221,17 @@ def test_a_posture_is_found_by_its_name_or_its_angles():
     assert find_posture("test199") == load_suite("test200")[199]
 
 
+def test_a_posture_of_a_random_suite_or_of_a_file_is_found_too(tmp_path):
+    assert find_posture("random3-4") == load_suite("random:9:3")[4]
+    assert find_posture("random0-0") == load_suite("random:1")[0]
+    file = written(tmp_path, {"postures": [ARM, ARM | {"name": "other", "elbow_deg": 31}]})
+    assert find_posture(f"{file}:other") == load_suite(file)[1]
+    with pytest.raises(InvalidInputError, match="no posture 'third'; valid is one of one, other"):
+        find_posture(f"{file}:third")
+    with pytest.raises(InvalidInputError, match="unknown posture"):
+        find_posture(f"{file}.txt:other")
+
+
 def test_the_names_of_a_large_suite_are_not_all_listed():
     with pytest.raises(InvalidInputError, match="test000 to test199") as caught:
         find_posture("test200")

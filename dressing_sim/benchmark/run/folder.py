@@ -110,9 +110,16 @@ def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resum
             f"{path} holds a run of another study, {study_of(earlier)!r}; choose another --out, or "
             "use --force"
         )
-    if not resume and not (path / SUMMARY).exists():
+    if resume:
+        return
+    if not (path / SUMMARY).exists():
         raise InvalidInputError(
             f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
+        )
+    wanted = json.loads(json.dumps(plan.to_dict()))
+    if any(earlier.get(key) != value for key, value in wanted.items()):
+        raise InvalidInputError(
+            f"{path} holds a finished run with another config; choose another --out, or use --force"
         )
 
 

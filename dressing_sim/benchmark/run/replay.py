@@ -6,11 +6,15 @@ import json
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import EpisodeResult
 from dressing_sim.benchmark.run.agreement import Agreement, compare
 from dressing_sim.benchmark.run.lines import episode_values
 from dressing_sim.benchmark.run.plan import Job
+from dressing_sim.benchmark.run.runner import learned_from, learned_source, record_answer
 from dressing_sim.benchmark.run.store import RunFolder
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.rollout import Observer
@@ -72,3 +76,22 @@ def replay_episode(
     posture, config, _ = job.situation(folder.plan.config)
     agreement = compare(recorded, again, folder.origin.other_numerics(numerics()))
     return Replay(result, agreement, posture, config)
+
+
+def intended(
+    folder: RunFolder, index: int
+) -> tuple[NDArray[np.float64] | None, tuple[NDArray[np.float64], ...]]:
+    """What an episode was meant to be; the policy learns and dresses again for it.
+
+    Returns:
+        Where the gripper was to go (n, 3), None if nobody said, and the paths (T, 3) that the
+        policy had learned from, in the robot's base frame [m].
+    """
+    job = folder.plan.jobs[index]
+    shown, number = job.entry.demonstrations, job.demonstration_set
+    learned = () if shown is None else learned_from(folder, shown, number)
+    posture, config, _ = job.situation(folder.plan.config)
+    source = learned_source(folder, job)
+    recording = single_threaded(record_answer, source, posture, job.seed, config)
+    path = None if recording.trajectory is None else recording.trajectory.targets
+    return path, tuple(one.positions for one in learned)

@@ -263,7 +263,8 @@ def _failures(protocol: Protocol, episodes: EpisodeTable, summary: Summary) -> I
         "sleeve that was caught counts as `stuck`, not as the limit that stopped the robot."
     )
     yield plots.failures_plot(protocol, episodes)
-    yield Table(tables.reasons_table(summary), "All reasons; an episode can have several.")
+    yield Paragraph("All reasons, of which an episode can have several:")
+    yield Table(tables.reasons_table(summary))
 
 
 def _hardest(folder: Path, episodes: EpisodeTable, pictures: Pictures) -> Iterator[Block]:

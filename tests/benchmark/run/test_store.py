@@ -175,7 +175,8 @@ def test_an_unfinished_run_is_not_replaced(plan, results, folder):
     assert parsed(load_run(folder)) == results[:1]
 
 
-def test_a_finished_run_is_replaced_and_other_files_are_left(plan, results, folder):
+@pytest.mark.parametrize("forced", [True, False])
+def test_a_finished_run_is_replaced_and_other_files_are_left(plan, results, folder, forced):
     fill(folder, plan, results)
     run = load_run(folder)
     own = run.demonstration_file(plan.demonstrated["case_a"][0], 0)
@@ -185,13 +186,16 @@ def test_a_finished_run_is_replaced_and_other_files_are_left(plan, results, fold
         file.write_text("something")
     finish(folder)
     other = replace(plan, seed=5)
-    with open_run(folder, other) as run:
+    with pytest.raises(InvalidInputError, match="another config"), open_run(folder, other):
+        pass
+    assert own.exists()
+    with open_run(folder, other if forced else plan, force=forced) as run:
         assert run.finished == frozenset()
     assert not own.exists()
     assert not (folder / "summary.json").exists()
     assert not (folder / "report.md").exists()
     assert all(file.exists() for file in others)
-    assert load_run(folder).plan == other
+    assert load_run(folder).plan == (other if forced else plan)
 
 
 def test_a_finished_run_can_be_resumed_without_loss(plan, results, folder):
