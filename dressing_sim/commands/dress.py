@@ -91,6 +91,8 @@ def dress(
     arm = find_posture(posture)
     check_seed(seed)
     if person is not None:
+        if posture.count(",") == 4:
+            raise InvalidInputError("--person and a SIZE after the angles exclude each other")
         (arm,) = as_person([arm], load_person(person))
     config = with_robot(world_with(garment), robot)
     policies = [policy] if compare is None else names(compare)

@@ -144,7 +144,8 @@ def _find(name: str) -> type:
     return found
 
 
-def _imported(name: str) -> object:
+def _imported(name: str) -> Any:
     module, _, attribute = name.partition(":")
-    found: object = getattr(import_module(module), attribute)
-    return found
+    if module.endswith(".py"):
+        raise ImportError(f"valid is without .py, {module.removesuffix('.py')}:{attribute}")
+    return getattr(import_module(module), attribute)

@@ -142,8 +142,8 @@ def find_posture(name: str) -> Posture:
         flexion, abduction, rotation, elbow = angles
         size = parts[4] if len(parts) == 5 else "male"
         return Posture(name, flexion, abduction, rotation, elbow, size)
-    if (drawn := _RANDOM_NAME.fullmatch(name)) is not None:
-        return _random_suite(f"random:{int(drawn[2]) + 1}:{drawn[1]}")[-1]
+    if (random := _RANDOM_NAME.fullmatch(name)) is not None:
+        return _random_suite(f"random:{int(random[2]) + 1}:{random[1]}")[-1]
     file, _, inside = name.rpartition(":")
     if inside and is_file(file):
         return _named(load_suite(file), inside, file)
