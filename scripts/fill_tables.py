@@ -42,7 +42,13 @@ from dressing_sim.benchmark.studies.thresholds_document import sensitivity_table
 from dressing_sim.files import write_file
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "docs/results.md", "docs/convergence.md", "docs/thresholds.md")
+PAGES = (
+    "README.md",
+    "docs/results.md",
+    "docs/convergence.md",
+    "docs/thresholds.md",
+    "docs/moving.md",
+)
 MARKER = re.compile(r"(<!-- ([\w-]+): (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 Summary = Mapping[str, Any]
