@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import dist
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,7 @@ def ramp(margin: float, width: float) -> float:
     It is `tolerance` of ``dm_control.utils.rewards`` with a linear sigmoid and ``value_at_margin``
     0, in [0, inf); written out because that package cannot be installed on every Python of ours.
     """
-    return float(np.clip(1.0 + margin / width, 0.0, 1.0))
+    return min(max(1.0 + margin / width, 0.0), 1.0)
 
 
 def progress(row: Row, on: bool, shoulder: NDArray[np.float64], thresholds: Thresholds) -> float:
@@ -45,7 +47,7 @@ def arrival_margins(
 
     They are the margins of the rules ``stopped_short`` and ``stuck`` in one row.
     """
-    near = thresholds.gripper_distance - float(np.linalg.norm(row.tcp - shoulder))
+    near = thresholds.gripper_distance - dist(row.tcp.tolist(), shoulder.tolist())
     above = float(row.tcp[2] - shoulder[2])
     return min(near, above), row.armscye_s - thresholds.armscye_s
 
@@ -58,4 +60,4 @@ def harshness(row: Row, thresholds: Thresholds) -> float:
         now.grip_force / thresholds.grip_force,
         now.link_force / thresholds.link_force,
     )
-    return float(np.clip(2.0 * used - 1.0, 0.0, 1.0))
+    return min(max(2.0 * used - 1.0, 0.0), 1.0)

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points, packages_distributions, version
 from pkgutil import iter_modules
-from typing import Protocol, cast, runtime_checkable
+from typing import Any, Protocol, cast, runtime_checkable
 
 from dressing_sim import policies
 from dressing_sim.checks import of_kind, shown
