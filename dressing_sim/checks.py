@@ -6,7 +6,7 @@ its imaginary part, no masked array its mask.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from math import inf
 from numbers import Integral, Real
 from typing import Any, Final, TypeVar, cast
@@ -208,7 +208,7 @@ def listed(values: Iterable[T], name: str, valid: str) -> tuple[T, ...]:
     Raises:
         InvalidInputError: It has none.
     """
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+    if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
         raise InvalidInputError(f"{name} is {shown(values)}, valid is {valid}")
     try:
         return tuple(values)

@@ -99,7 +99,7 @@ class _CheckedFile(IndexDataCacheFile):
         """What is after the checksum; None if it is not that of it."""
         good = hashlib.sha256(content[_SHA:]).digest() == content[:_SHA]
         if not good:
-            _warn(f"{self._cache_path}: a file of compiled loops is damaged, they are made anew")
+            _warn(f"{self._cache_path}: a file of theirs is damaged", "are made anew")
         return content[_SHA:] if good else None
 
 
@@ -119,11 +119,11 @@ def _loads(content: bytes) -> Any:
     return pickle.loads(content)
 
 
-def _warn(message: str) -> None:
+def _warn(message: str, so: str = "are not kept") -> None:
     """Tell of the first fault in a process; the others are the same for other functions."""
     if not _told.is_set():
         _told.set()
-        _LOG.warning("compiled loops are not kept, which costs some seconds: %s", message)
+        _LOG.warning("compiled loops %s, which costs some seconds: %s", so, message)
 
 
 _told = threading.Event()

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from dressing_sim.checks import listed, of_kind, shown
-from dressing_sim.errors import InvalidInputError
+from dressing_sim.errors import InvalidInputError, one_line
 
 T = TypeVar("T")
 
@@ -55,7 +55,7 @@ def from_plain(kind: type[T], values: Mapping[str, Any]) -> T:
     unknown = set(values) - set(hints)
     if unknown:
         raise InvalidInputError(
-            f"{kind.__name__}: unknown setting {', '.join(sorted(unknown))}; "
+            f"{kind.__name__}: unknown setting {one_line(', '.join(sorted(map(str, unknown))))}; "
             f"valid are {', '.join(hints)}"
         )
     return kind(

@@ -38,6 +38,9 @@ JOINTS = COORDINATES[3:]
 UNITS = np.array([np.deg2rad(1.0) if name.endswith("_deg") else 1.0 for name in COORDINATES])
 UNITS.flags.writeable = False
 
+#: Most sways, and drifts, of a motion.
+MOST = 100
+
 #: Largest amplitude of a sway and change of a drift, [m] and [deg]; more is no sway but a reach.
 LARGEST: Mapping[str, float] = {
     name: 45.0 if name.endswith("_deg") else 0.10 for name in COORDINATES
@@ -200,6 +203,8 @@ class Motion:
         chosen: dict[str, Any] = dict(values)
         for name, kind in (("sway", Sway), ("drift", Drift)):
             given = listed(chosen.get(name, ()), f"motion: {name}", "a list of objects")
+            if len(given) > MOST:
+                raise InvalidInputError(f"motion: {len(given)} of {name}, valid is up to {MOST}")
             chosen[name] = [_from_plain(kind, one, name) for one in given]
         if chosen.get("compliance") is not None:
             chosen["compliance"] = from_plain(Compliance, chosen["compliance"])

@@ -104,8 +104,9 @@ def _postures(content: Any, source: str) -> list[Posture]:
     return postures
 
 
-#: How postures of random suites are called: by their seed and their place.
-_RANDOM_NAME = re.compile(r"random(\d{1,18})-(\d{1,5})", re.ASCII)
+#: How postures of random suites are called: by their seed and their place. All before it are drawn
+#: too, at 0.05 s each.
+_RANDOM_NAME = re.compile(r"random(\d{1,18})-(\d{1,3})", re.ASCII)
 
 
 def _named(postures: Sequence[Posture], name: str, file: str) -> Posture:

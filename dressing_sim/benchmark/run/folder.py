@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -127,9 +127,12 @@ def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resum
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from running in a folder, which is made if it is not there.
 
+    If nothing comes of it, because the disk is full for instance, the folder is as it was before.
+
     Raises:
         InvalidInputError: Another process is, or the folder cannot be written to.
     """
+    fresh = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
         file = (path / LOCK).open("ab")
@@ -142,7 +145,15 @@ def locked(path: Path) -> Iterator[None]:
             raise InvalidInputError(f"{path}: another process is running in it") from error
         except OSError as error:
             raise unwritable(path / LOCK, error) from error
-        yield
+        try:
+            yield
+        except BaseException:
+            with suppress(OSError):  # where an open file cannot be removed, it stays
+                if os.listdir(path) == [LOCK]:
+                    (path / LOCK).unlink()
+                    if fresh:
+                        path.rmdir()
+            raise
 
 
 def write_config(path: Path, config: Mapping[str, Any]) -> None:

@@ -49,9 +49,9 @@ def parse_episode(plan: Plan, values: Mapping[str, Any]) -> EpisodeResult:
             posture=Posture.from_dict(values["posture"]),
             demonstration_set=values["demonstration_set"],
             seed=values["seed"],
-            variation=values["variation"],
+            variation=of_kind(values["variation"], dict, "variation", "values by name"),
             outcome=parse_outcome(values),
-            extra=values.get("extra", {}),
+            extra=of_kind(values.get("extra", {}), dict, "extra", "values by name"),
         )
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise InvalidInputError(f"not an episode: {shown(values)} ({shown(error)})") from error

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from dressing_sim.benchmark.run.agreement import differences
 from dressing_sim.benchmark.run.plan import Plan
-from dressing_sim.checks import of_kind
+from dressing_sim.checks import listed, of_kind
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import unlike
 from dressing_sim.policies.hosted import policy_origins
@@ -51,7 +51,19 @@ class Origin:
         found = [config.get(key, {}) for key in (_KEY, "versions")]
         for value in found:
             of_kind(value, Mapping, "config of a run: provenance", "an object")
-        return cls(*found)
+        made = cls(*found)
+        for key, needed in ((_LATER, ("numerics",)), (_LATER_CODE, ("versions", "sources"))):
+            steps = listed(made.provenance.get(key, ()), f"config of a run: {key}", "a list")
+            for step in steps:
+                of_kind(step, Mapping, f"config of a run: {key}", "objects")
+                for name in needed:
+                    of_kind(step.get(name), Mapping, f"config of a run: {name}", "an object")
+        sources = made.provenance.get("sources", {})
+        of_kind(sources, Mapping, "config of a run: sources", "an object")
+        for one in made.numerics:
+            of_kind(one, Mapping, "config of a run: numerics", "an object")
+            of_kind(one.get("fingerprint"), str, "config of a run: fingerprint", "a text")
+        return made
 
     @classmethod
     def here(cls, plan: Plan, numerics: Mapping[str, str]) -> Self:

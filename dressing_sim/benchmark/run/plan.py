@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.records import Entry, Json, Protocol
-from dressing_sim.checks import whole_number
+from dressing_sim.checks import of_kind, shown, whole_number
 from dressing_sim.config import from_plain, to_plain
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.episode.demonstration import load_demonstrations
@@ -136,10 +137,19 @@ class Plan:
                 },
                 options=dict(values["options"]),
                 policy_limits=from_plain(PolicyLimits, values.get("policy_limits", {})),
-                own=dict(values.get("own_demonstrations", {})),
+                own=_checksums(values.get("own_demonstrations", {})),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInputError(f"config of a run: missing or damaged ({error})") from error
+
+
+def _checksums(values: Mapping[str, Any]) -> dict[str, str]:
+    """Checksums by name, of which files' names are made."""
+    of_kind(values, Mapping, "config of a run: own_demonstrations", "checksums by name")
+    for value in values.values():
+        if not (isinstance(value, str) and re.fullmatch("[0-9a-f]{8,128}", value)):
+            raise InvalidInputError(f"config of a run: {shown(value)}, valid is a checksum")
+    return dict(values)
 
 
 def make_plan(

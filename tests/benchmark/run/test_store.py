@@ -9,6 +9,7 @@ from fake_benchmark import write_suite
 
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.benchmark.run import store
+from dressing_sim.benchmark.run.folder import locked
 from dressing_sim.benchmark.run.lines import episode_values, parse_episode
 from dressing_sim.benchmark.run.plan import make_plan
 from dressing_sim.benchmark.run.store import load_run, open_run
@@ -78,6 +79,27 @@ def test_a_line_holds_all_of_an_episode_and_can_be_read_back(plan, results):
 def test_a_damaged_line_is_an_error(plan, line):
     with pytest.raises(InvalidInputError, match="not an episode"):
         parse_episode(plan, json.loads(line))
+
+
+@pytest.mark.parametrize("key", ["variation", "extra", "figures"])
+def test_a_line_whose_values_have_no_names_is_an_error(plan, results, key):
+    values = {**json.loads(json_line(plan, results[0])), key: -1}
+    with pytest.raises(InvalidInputError, match=f"not an episode.*{key} is -1"):
+        parse_episode(plan, values)
+
+
+def test_a_run_that_never_begins_leaves_no_folder_and_no_lock(plan, folder):
+    with pytest.raises(OSError, match="full"), locked(folder):
+        raise OSError("full")
+    assert not folder.exists()
+    folder.mkdir()
+    with pytest.raises(OSError, match="full"), locked(folder):
+        raise OSError("full")
+    assert list(folder.iterdir()) == []
+    (folder / "mine").touch()
+    with pytest.raises(OSError, match="full"), locked(folder):
+        raise OSError("full")
+    assert (folder / "mine").exists()
 
 
 def test_a_line_of_another_run_is_an_error(plan, results):
