@@ -17,6 +17,8 @@ SAYS = {
     "05_a_recording.py": "played again: True",
     "06_a_study_of_your_own.py": "friction 0.3: dressed 1 of 1",
     "07_a_second_task.py": "| take | 2 | straight line |",
+    "08_a_failure_map.py": ": 1",
+    "09_on_a_cluster.py": "1 episodes, the same bytes",
 }
 
 #: So that they take seconds.
@@ -25,6 +27,8 @@ BRIEFLY = {
     "05_a_recording.py": ["--out", "a.csv", "--plot", "a.png"],
     "06_a_study_of_your_own.py": ["--suite", "random:1", "--frictions", "0.3"],
     "07_a_second_task.py": ["--counts", "2", "--splits", "1", "--plot", "a.png"],
+    "08_a_failure_map.py": ["--suite", "random:1", "--plot", "a.png"],
+    "09_on_a_cluster.py": ["--suite", "random:1"],
 }
 
 #: More lines than this are no example.
