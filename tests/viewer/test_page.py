@@ -3,12 +3,10 @@
 import io
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import imageio.v3 as imageio
 import numpy as np
 import pytest
-from PIL import Image
 
 from dressing_sim.episode.operator import Operator
 from dressing_sim.episode.record import record
@@ -19,9 +17,6 @@ from dressing_sim.viewer.session import Session
 pytest.importorskip("viser")
 
 LONG = 120.0
-
-#: The page in the middle of a dressing, as somebody looked at it.
-STORED = Path(__file__).parent / "page.png"
 
 
 @pytest.fixture(scope="module")
@@ -206,32 +201,6 @@ def test_it_dresses_as_the_command_line_and_survives_reload_and_a_second_tab(tab
     expected = record(Operator(), Choices().posture, 0).outcome
     assert session.live.outcome.to_dict() == expected.to_dict()
     tab.says("the sleeve's end at s", LONG)
-
-
-def small(png):
-    """A picture of the page in coarse steps, (91, 140, 3): letters and edges are but a shade."""
-    with Image.open(io.BytesIO(png)) as picture:
-        return np.asarray(picture.convert("RGB").resize((140, 91), Image.Resampling.BOX), float)
-
-
-def test_it_looks_as_it_did(tab, page):
-    """Remove the stored picture to have it stored anew, and look at it."""
-    session = page.session
-    session.look_at(150)
-    assert page.wait_for_likeness(LONG)
-    page.wait_until_drawn(LONG)
-    tab.tab("Dress")
-    tab.says("time stands still", LONG)
-    tab.settle()
-    png = tab.picture()
-    if not STORED.exists():
-        Image.fromarray(small(png).round().astype(np.uint8)).save(STORED)
-        pytest.fail(f"{STORED} is stored anew")
-    difference = np.abs(small(png) - small(STORED.read_bytes())).mean(axis=2)
-    assert difference.mean() < 4.0
-    # No part of it is another: a seventh of each side, where the mean is of 260 pixels.
-    parts = difference.reshape(7, 13, 7, 20).mean(axis=(1, 3))
-    assert parts.max() < 25.0, parts.round()
 
 
 def test_what_is_kept_for_new_tabs_does_not_grow(page):
