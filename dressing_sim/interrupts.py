@@ -3,9 +3,9 @@
 Python answers between two of its own instructions. A loop in compiled code has none, and code that
 is being imported may turn the answer into an error of its own. The system may hand the signal to
 any thread, while Python answers in the main one, which may be waiting; and what is raised within a
-callback of C is dropped there. So a thread watches as well: it wakes the main one, again if the
-answer was dropped; and if the command has not begun to leave soon after Ctrl-C, or is not gone some
-time later, it ends the process.
+callback of C, or where C clears errors, is dropped there. So a thread watches as well: it wakes the
+main one, again if the answer was dropped; and if the command has not begun to leave soon after
+Ctrl-C, or is not gone some time later, it ends the process.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import socket
 import sys
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -31,6 +32,10 @@ _NAP, _GRACE, _MOST = 0.1, 0.5, 15.0
 Hook: TypeAlias = "Callable[[sys.UnraisableHookArgs], object]"
 
 
+class Interrupted(KeyboardInterrupt):
+    """The answer to Ctrl-C; unlike its base it can be referred to weakly."""
+
+
 class Interrupts:
     """What became of Ctrl-C.
 
@@ -42,19 +47,22 @@ class Interrupts:
     def __init__(self) -> None:
         self.heard = threading.Event()
         self.over = threading.Event()
-        self._dropped = threading.Event()
+        self._raised: weakref.ref[Interrupted] | None = None
 
     def answer(self, number: int, frame: FrameType | None) -> None:
         """Raise KeyboardInterrupt, the first time; what leaves need not be told twice."""
         if not self.heard.is_set():
-            self.heard.set()
-            raise KeyboardInterrupt
+            raise self._answer()  # no name: its traceback has this frame, and would keep it
+
+    def _answer(self) -> Interrupted:
+        answer = Interrupted()
+        self._raised = weakref.ref(answer)
+        self.heard.set()
+        return answer
 
     def unraisable(self, usual: Hook, dropped: sys.UnraisableHookArgs) -> None:
-        """Note that an answer was dropped; other exceptions that are, are told as usual."""
-        if issubclass(dropped.exc_type, KeyboardInterrupt) and not self.over.is_set():
-            self._dropped.set()
-        else:
+        """Say nothing of an answer that was dropped, as it is given again; of others as usual."""
+        if not issubclass(dropped.exc_type, Interrupted) or self.over.is_set():
             usual(dropped)
 
     def watch(self, receiver: socket.socket) -> None:
@@ -66,8 +74,8 @@ class Interrupts:
         while self._answered() and time.monotonic() < end:
             if self.over.wait(_NAP):
                 return
-            if self._dropped.is_set():
-                self._dropped.clear()
+            # While it is on its way out, or what was made of it is, it is referred to.
+            if self._raised is not None and self._raised() is None:
                 self.heard.clear()
         if not self.over.is_set():
             os.write(2, b"dressing-sim: interrupted\n")

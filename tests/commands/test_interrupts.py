@@ -97,6 +97,24 @@ cli.main([])
 """
 )
 
+#: One whose first answer somebody clears, as C may while a module is imported.
+CLEARED = (
+    START
+    + """
+import time
+from dressing_sim import cli
+def run(given):
+    try:
+        print("ready", flush=True)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        pass
+    time.sleep(60)
+cli._run = run
+cli.main([])
+"""
+)
+
 
 def interrupted(code, arguments=(), after=0.3, cwd=None):
     process = subprocess.Popen(
@@ -155,6 +173,10 @@ def test_where_an_import_makes_another_error_of_it():
 
 def test_in_a_callback_that_drops_the_answer():
     assert_soon(interrupted(DROPPED))
+
+
+def test_where_the_answer_is_cleared():
+    assert_soon(interrupted(CLEARED))
 
 
 def test_where_another_thread_is_handed_the_signal():
