@@ -151,6 +151,7 @@ def test_the_unit_of_length_does_not_matter(policy, name):
 
 
 def test_another_process_is_sent_what_gives_the_same_path(policy, name):
+    # As workers are sent it: pickle is what passes objects between Python's processes.
     sent = pickle.loads(pickle.dumps(Guarded(name, policy)))
     for path, here in zip(answers(sent), answers(policy), strict=True):
         np.testing.assert_array_equal(path, here)

@@ -44,8 +44,13 @@ _OWN_FILM = re.compile(r"[a-z]+-episode\d+\.mp4")
 _OWN_DEMONSTRATION = re.compile(r"(set\d+-.*|own)-[0-9a-f]{8}\.h5")
 
 
-def earlier_config(path: Path, plan: Plan, resume: bool, force: bool) -> dict[str, Any] | None:
-    """The config of the run that a folder holds; None if it holds none of this study."""
+def earlier_config(
+    path: Path, plan: Plan, wanted: Mapping[str, Any], resume: bool, force: bool
+) -> dict[str, Any] | None:
+    """The config of the run that a folder holds; None if it holds none of this study.
+
+    `wanted` is what the plan is in a file.
+    """
     try:
         earlier = read_config(path)
     except InvalidInputError:
@@ -56,7 +61,7 @@ def earlier_config(path: Path, plan: Plan, resume: bool, force: bool) -> dict[st
         return earlier if earlier and study_of(earlier) == plan.protocol.study else None
     check_own(path)
     if earlier is not None:
-        _check_replaceable(path, earlier, plan, resume)
+        _check_replaceable(path, earlier, plan, wanted, resume)
     return earlier
 
 
@@ -103,7 +108,9 @@ def remove_own_leftovers(path: Path) -> None:
     remove_leftovers(path / DEMONSTRATIONS, _is_own)
 
 
-def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resume: bool) -> None:
+def _check_replaceable(
+    path: Path, earlier: Mapping[str, Any], plan: Plan, wanted: Mapping[str, Any], resume: bool
+) -> None:
     """Raise InvalidInputError unless the run in a folder may be replaced or go on."""
     if study_of(earlier) != plan.protocol.study:
         raise InvalidInputError(
@@ -116,7 +123,6 @@ def _check_replaceable(path: Path, earlier: Mapping[str, Any], plan: Plan, resum
         raise InvalidInputError(
             f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
         )
-    wanted = json.loads(json.dumps(plan.to_dict()))
     if any(earlier.get(key) != value for key, value in wanted.items()):
         raise InvalidInputError(
             f"{path} holds a finished run with another config; choose another --out, or use --force"

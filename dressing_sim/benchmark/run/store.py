@@ -219,7 +219,7 @@ def open_run(
     if not force:
         check_own(path)  # before a lock is put there
     with locked(path):
-        earlier = earlier_config(path, plan, resume, force)
+        earlier = earlier_config(path, plan, wanted, resume, force)
         remove_own_leftovers(path)
         origin = Origin.here(plan, numerics())
         config = origin.into(wanted)
