@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from dressing_sim.checks import of_kind, real_number, shown
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.learning.frame import Frame, Situation
-from dressing_sim.motion import COORDINATES, Motion
+from dressing_sim.motion import COORDINATES, UNITS, Motion
 
 Vector = NDArray[np.float64]
 
@@ -226,6 +226,10 @@ class Posture:
         angles = dict(zip(ANGLE_LIMITS_DEG, numbers[3:].tolist(), strict=True))
         place = tuple(numbers[:3].tolist())
         return replace(self, shoulder_position=place, motion=None, **angles)
+
+    def moved(self, joints: Vector | None) -> Posture:
+        """`at` where the joints of a person who moves are, (7,) [m, rad]; itself for None."""
+        return self if joints is None else self.at(joints / UNITS)
 
     @property
     def arm_size(self) -> ArmSize:

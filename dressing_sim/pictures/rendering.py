@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from dressing_sim.arm import Posture
 from dressing_sim.errors import DressingSimError
-from dressing_sim.motion import UNITS
 from dressing_sim.pictures.cameras import View
 from dressing_sim.pictures.canvas import Canvas
 from dressing_sim.pictures.cloth import SLEEVE_GROUP
@@ -262,7 +261,7 @@ class OffscreenRenderer:
         n_cloth, n_robot = self._resting.size, self._model.nq
         self._data.qpos[:] = qpos[:n_robot]
         if self._person is not None:
-            now = self._posture.at(qpos[n_robot : len(qpos) - n_cloth] / UNITS)
+            now = self._posture.moved(qpos[n_robot : len(qpos) - n_cloth])
             for mesh in self._person.place(self._model, now):
                 mujoco.mjr_uploadMesh(self._model, self._context, mesh)
             self._sleeve.skin = dressed_skin(now)

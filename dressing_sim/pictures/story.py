@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from dressing_sim.arm import Posture
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.episode.thresholds import Thresholds
-from dressing_sim.motion import UNITS
 from dressing_sim.world.simulation import World
 
 
@@ -48,7 +47,7 @@ class Moment:
 
     def arm(self, posture: Posture) -> Posture:
         """Where an arm is now that was in a posture."""
-        return posture if self.person is None else posture.at(self.person / UNITS)
+        return posture.moved(self.person)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,6 @@ from dressing_sim.episode.record import DEFAULT_PATH_DT
 from dressing_sim.episode.recording import Recording
 from dressing_sim.episode.rollout import begin, plan
 from dressing_sim.learning import Policy
-from dressing_sim.motion import UNITS
 from dressing_sim.path import Path, policy_path
 from dressing_sim.viewer.leaders import AlongTargets, AlongTrajectory, ByHand, Leader, Order
 
@@ -155,8 +154,7 @@ class Live:
 
     def _moment(self, row: Row) -> Moment:
         world, arm = self.dressing.world, self.dressing.posture
-        now = arm if world.person is None else arm.at(world.person / UNITS)
-        return Moment(row, world.cloth.astype(np.float32), now)
+        return Moment(row, world.cloth.astype(np.float32), arm.moved(world.person))
 
     def steps(self) -> Iterator[Moment]:
         """Go on to the end, moment by moment."""
