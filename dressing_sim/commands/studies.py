@@ -50,13 +50,18 @@ def carry_out(
         The summary.
     """
     check_workers(workers)
-    for name in RUN_FILES:
-        check_output(out / name, True, inputs)
+    check_folder(out, inputs)
     study = study or find_study(plan.protocol.study)
     with at_work(workers, scheduler) as (crew, progress):
         done = run_study(study, plan, crew, out, progress=progress, command=typed(), **options)
     tell(done.summary, done.document, json, f"{remarks}written to {out}/: {files}")
     return done.summary
+
+
+def check_folder(out: Path, inputs: Sequence[str] = ()) -> None:
+    """Refuse a folder that a run cannot write its files to, or that holds what it is made from."""
+    for name in RUN_FILES:
+        check_output(out / name, True, inputs)
 
 
 def typed() -> str:

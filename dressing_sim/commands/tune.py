@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import tyro
 
@@ -13,6 +14,7 @@ from dressing_sim.errors import InvalidInputError
 def tune(
     policy: tyro.conf.Positional[str],
     trials: int = 60,
+    screened: bool = False,
     seed: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -29,13 +31,18 @@ def tune(
     learns from case A and from case B; all dress five postures, the best quarter sixteen, and the
     best of those fifty. About half an hour on two cores.
 
-    Writes episodes.jsonl, summary.json, report.md and report.html.
+    With --screened a quarter of that: trials are compared by the paths they draw on all fifty,
+    without physics, and the best eight dress eight postures, the best two of those all.
+
+    Writes episodes.jsonl, summary.json, report.md and report.html; with --screened also a folder
+    OUT-screening with the same of the paths.
 
     For example: dressing-sim tune tp-gmm --out results/tune-tp-gmm
 
     Args:
-        policy: tp-gmm, tp-gmm-noise, tp-gmm-rf, tp-gmm-rf-noise or transport.
+        policy: one of the paper's, transport, or a rival; an unknown name tells which.
         trials: how many sets of hyper-parameters are tried.
+        screened: only those that draw the best paths dress.
         seed: of the design, of the operator's variability, and of the policies' own randomness.
         workers: processes, as many as processors unless given; the results do not depend on it.
         scheduler: address of a Dask scheduler whose workers are used instead of processes here.
@@ -47,20 +54,42 @@ def tune(
         json: print the summary as JSON, and nothing else, to standard output.
     """
     from dressing_sim.benchmark.studies.search import Search
-    from dressing_sim.commands.studies import carry_out
+    from dressing_sim.benchmark.studies.study import run_study
+    from dressing_sim.benchmark.studies.tuning import Tuning
+    from dressing_sim.commands.studies import at_work, carry_out, check_folder, typed
 
     if workers is not None and scheduler is not None:
         raise InvalidInputError("--workers and --scheduler exclude each other")
     check_seed(seed)
+    search = Search(policy, trials, seed)
+    plan = search.plan()
+    again: dict[str, Any] = {
+        "resume": resume,
+        "force": force,
+        "accept_numerics": accept_numerics,
+        "accept_changes": accept_changes,
+    }
+    if screened:
+        paths = out.with_name(f"{out.name}-screening")
+        check_folder(out)
+        check_folder(paths)
+        with at_work(workers, scheduler) as (crew, progress):
+            first = run_study(
+                Tuning(),
+                search.screening(),
+                crew,
+                paths,
+                progress=progress,
+                command=typed(),
+                **again,
+            )
+        plan = search.after(first.summary).plan()
     carry_out(
-        Search(policy, trials, seed).plan(),
+        plan,
         out,
         workers=workers,
         scheduler=scheduler,
-        resume=resume,
-        force=force,
-        accept_numerics=accept_numerics,
-        accept_changes=accept_changes,
         json=json,
         files="report.md, report.html, summary.json, episodes.jsonl",
+        **again,
     )

@@ -65,6 +65,75 @@ _RANDOM: Space = {
 }
 _AUGMENTED: Space = {**_TP_GMM, "max_demonstrations": Span(3, 12, whole=True)}
 
+_MIXTURE: Space = {"components": Span(2, 14, whole=True), "floor": Span(1e-5, 0.1, log=True)}
+_INCREMENTAL: Space = {**_MIXTURE, "steps": Span(0, 60, whole=True)}
+
+#: Of the rivals; `nearest`, `straight` and `via-oracle` are for reference, `warp` leaves nothing
+#: open.
+_RIVALS: Mapping[str, Space] = {
+    "gmr-world": _MIXTURE,
+    "gmr-frame": {**_MIXTURE, "frame": Choice(("first", "last"))},
+    "dmp": {
+        "weights": Span(5, 60, whole=True),
+        "ridge": Span(1e-9, 1e-2, log=True),
+        "demonstration": Choice(("mean", "nearest")),
+        "smooth_scaling": Choice(("false", "true")),
+    },
+    "promp": {
+        "weights": Span(5, 40, whole=True),
+        "prior": Span(1e-5, 1.0, log=True),
+        "via_points": Span(2, 8, whole=True),
+    },
+    "tp-gmr": _MIXTURE,
+    "tp-gmr-learned": {
+        **_MIXTURE,
+        "updates": Span(5, 40, whole=True),
+        "rollouts": Span(5, 20, whole=True),
+        "exploration": Span(0.05, 2.0, log=True),
+    },
+    "tp-gmr-inferred": {**_MIXTURE, "ridge": Span(1e-4, 1.0, log=True)},
+    "tp-gmr-bic": {
+        "criterion": Choice(("bic", "dirichlet-process")),
+        "most": Span(4, 25, whole=True),
+        "floor": Span(1e-5, 0.1, log=True),
+    },
+    "ds-gmr": _MIXTURE,
+    "frame-weighted": {
+        "basis": Span(4, 30, whole=True),
+        "reference": Choice(("first", "nearest")),
+        "iterations": Span(5, 60, whole=True),
+    },
+    "tp-dmp": {**_MIXTURE, "width": Span(0.1, 2.0, log=True)},
+    "kmp": {
+        **_MIXTURE,
+        "references": Span(15, 80, whole=True),
+        "kernel": Span(1.0, 300.0, log=True),
+        "trust": Span(0.01, 100.0, log=True),
+        "spread": Span(1.0, 1000.0, log=True),
+    },
+    "tp-hsmm": {
+        "states": Span(3, 20, whole=True),
+        "floor": Span(1e-5, 0.1, log=True),
+        "effort": Span(1e-7, 1e-1, log=True),
+        "steps": Span(0, 60, whole=True),
+    },
+    "tp-gmr-generative": _INCREMENTAL,
+    "tp-gmr-addition": _INCREMENTAL,
+    "tp-gmr-direct": _INCREMENTAL,
+    "gp-transport": {"reach": Span(0.1, 3.0, log=True), "noise": Span(1e-3, 0.3, log=True)},
+    "vmp": {
+        "basis": Span(5, 40, whole=True),
+        "via_points": Span(0, 5, whole=True),
+        "known": Span(0.3, 10.0, log=True),
+    },
+    "cnmp": {
+        "hidden": Span(16, 128, whole=True),
+        "steps": Span(500, 4000, whole=True),
+        "rate": Span(1e-3, 2e-2, log=True),
+        "observed": Span(2, 10, whole=True),
+    },
+}
+
 #: Of the policies that can be searched.
 SPACES: Mapping[str, Space] = {
     "tp-gmm": _TP_GMM,
@@ -81,6 +150,7 @@ SPACES: Mapping[str, Space] = {
         "dip": Span(0.0, 0.6),
         "hand": Span(0.0, 0.35),
     },
+    **_RIVALS,
 }
 
 

@@ -2,7 +2,8 @@
 
 Trials are a Sobol design over a policy's open hyper-parameters, the first one the policy as it is.
 All dress the first postures of the validation suite; the better quarter of them dresses more, and
-the best few of those all of it. Never is a test suite used.
+the best few of those all of it. Where that costs too much, trials are screened before: by the paths
+they draw on that suite, without physics. Never is a test suite used.
 """
 
 from __future__ import annotations
@@ -36,6 +37,9 @@ _SHOULDER = 2.0
 #: How many postures, from the first, the trials of a rung dress, and which share of them goes on.
 POSTURES, GOES_ON = (5, 16, 50), 0.25
 
+#: The same where trials were screened, and how many of them dress at all.
+SCREENED_POSTURES, SCREENED = (8, 50), 8
+
 
 @dataclass(frozen=True, slots=True)
 class Search:
@@ -47,6 +51,8 @@ class Search:
         seed: Of the design, and of the operator's variability.
         cases: What each trial learns from; its score is the mean over these.
         postures: How many of the suite's postures each rung dresses, ever more.
+        screened: All trials, the best by their paths first; empty if they were not screened.
+        path_scores: Mean scores of their paths, see `PathMetrics.score`.
 
     Raises:
         InvalidInputError: Nothing is tried, or postures that do not rise.
@@ -57,6 +63,8 @@ class Search:
     seed: int = 0
     cases: tuple[str, ...] = CASES
     postures: tuple[int, ...] = POSTURES
+    screened: tuple[str, ...] = ()
+    path_scores: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         whole_number(self.trials, "trials", 1, 4096)
@@ -69,11 +77,42 @@ class Search:
         return from_plain(cls, {**plan.options, "seed": plan.seed})
 
     def names(self) -> list[str]:
+        """The policies that dress, by their names; the first is the policy as it is."""
+        if self.screened:
+            others = [name for name in self.screened if name != self.policy]
+            return [self.policy, *others[: SCREENED - 1]]
+        return self.design()
+
+    def design(self) -> list[str]:
         """The policies that are tried, by their names; the first is the policy as it is."""
         space = space_of(self.policy)
         design = qmc.Sobol(len(space), scramble=True, rng=np.random.default_rng(self.seed))
         shares = design.random(1 << (self.trials - 1).bit_length())[: self.trials - 1]
         return [self.policy, *(named(self.policy, space, row) for row in shares)]
+
+    def screening(self) -> Plan:
+        """The plan of the study `Tuning` that draws every trial's paths on all postures.
+
+        Raises:
+            InvalidInputError: The policy has no ranges to search in.
+        """
+        entries = tuple(Entry(name, case) for name in self.design() for case in self.cases)
+        protocol = Protocol(f"screening-{self.policy}", SUITE, entries, study="tuning")
+        return make_plan(protocol, self.seed)
+
+    def after(self, screening: Summary) -> Search:
+        """The search among those whose paths were the best, by the summary of `screening`."""
+        scores: dict[str, list[float]] = {}
+        for row in screening["rows"]:
+            scores.setdefault(row["policy"], []).append(row["score"])
+        means = {name: float(np.mean(own)) for name, own in scores.items()}
+        ranked = tuple(sorted(means, key=lambda name: -means[name]))
+        return replace(
+            self,
+            postures=SCREENED_POSTURES,
+            screened=ranked,
+            path_scores=tuple(means[name] for name in ranked),
+        )
 
     def plan(self) -> Plan:
         """Every trial on every posture, of which rungs leave most out.

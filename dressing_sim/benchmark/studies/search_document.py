@@ -39,10 +39,15 @@ def search_document(found: Mapping[str, Any], command: str) -> Document:
     """The report; what was found is as from `dressing_sim.benchmark.studies.search.search`."""
     what, trials = found["search"], found["trials"]
     rungs = ", ".join(map(str, what["postures"]))
+    screened = (
+        f"{len(what['screened'])} trials of `{found['policy']}` drew paths on `val50`, without "
+        f"physics; the best {len(trials)} of them, the policy as it is among them, dressed: "
+        if what["screened"]
+        else f"{len(trials)} trials of `{found['policy']}`, "
+    )
     told = (
-        f"{len(trials)} trials of `{found['policy']}`, {found['n_episodes']} episodes on "
-        f"{', '.join(what['cases'])} and the first {rungs} postures of `val50`; the best quarter "
-        "of each rung goes on to the next. Best:"
+        f"{screened}{found['n_episodes']} episodes on {', '.join(what['cases'])} and the first "
+        f"{rungs} postures of `val50`; the best quarter of each rung goes on to the next. Best:"
     )
     note = (
         "The score of an episode is a half for success and a half for its smallest margin of "

@@ -130,15 +130,15 @@ class Tuning(Study[Screening, Screening]):
         """Shares and means by row.
 
         Returns:
-            ``{"rows": [{"policy", "demonstrations", "pc_dresses", "pc_ends", "means"}, ...],
-            "versions", "config"}``, means of `PathMetrics` in metres.
+            ``{"rows": [{"policy", "demonstrations", "pc_dresses", "pc_ends", "score", "means"},
+            ...], "versions", "config"}``, means of `PathMetrics` in metres.
         """
         protocol, rows = folder.plan.protocol, []
         for entry in protocol.entries:
             paths = [path for result in results if result.entry == entry for path in result.paths]
             means = {
                 name: float(np.mean([getattr(path, name) for path in paths]))
-                for name in ("dresses", "ends", *_METRICS)
+                for name in ("dresses", "ends", "score", *_METRICS)
             }
             rows.append(
                 {
@@ -146,6 +146,7 @@ class Tuning(Study[Screening, Screening]):
                     "demonstrations": entry.demonstrations,
                     "pc_dresses": 100.0 * means.pop("dresses"),
                     "pc_ends": 100.0 * means.pop("ends"),
+                    "score": means.pop("score"),
                     "means": means,
                 }
             )

@@ -9,6 +9,7 @@ import numpy as np
 
 from dressing_sim.arm import UP, Posture, Vector
 from dressing_sim.episode.operator import Operator, OperatorConfig
+from dressing_sim.errors import DressingSimError
 from dressing_sim.inputs import FRAMES_OF, asked_with, fit
 from dressing_sim.learning import SyntheticDemonstration
 from dressing_sim.path import checked_path
@@ -55,6 +56,20 @@ class PathMetrics:
             and self.largest_gap < FOLLOWS_WITHIN
             and self.outside_expert - self.outside < LAGS_WITHIN
         )
+
+    @property
+    def score(self) -> float:
+        """How good it is, 0 to 1: half for that it dresses, half for its smallest margin.
+
+        Margins are shares of the limits, from -1 to 1.
+        """
+        margin = min(
+            1.0 - self.end_gap / ENDS_WITHIN,
+            self.clearance / CLEARANCE - 1.0,
+            1.0 - self.largest_gap / FOLLOWS_WITHIN,
+            1.0 - (self.outside_expert - self.outside) / LAGS_WITHIN,
+        )
+        return 0.5 * self.dresses + 0.25 * (1.0 + float(np.clip(margin, -1.0, 1.0)))
 
 
 def path_metrics(path: Vector, expert: Vector, posture: Posture) -> PathMetrics:
@@ -113,12 +128,16 @@ def tried(
 
     Yields:
         For each posture it, the policy's path (T, 3) and the operator's (N, 3) [m], and how they
-        compare.
+        compare. A policy that has no answer stays where it is.
     """
     policy = fit(make_policy(name, seed), operator_demonstrations(demonstrated, seed))
     for posture in tested:
         expert = steady_path(posture)
-        path = checked_path(policy.generate(asked_with(policy, posture), expert[0]), name).positions
+        try:
+            answer = policy.generate(asked_with(policy, posture), expert[0])
+            path = checked_path(answer, name).positions
+        except DressingSimError:
+            path = expert[:1]
         yield posture, path, expert, path_metrics(path, expert, posture)
 
 

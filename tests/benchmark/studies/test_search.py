@@ -1,5 +1,8 @@
 """The search for hyper-parameters, with dressings whose outcome they decide."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from fake_benchmark import FakePolicy, Threads, steady_demonstrate
@@ -8,13 +11,24 @@ from dressing_sim.benchmark.records import Entry, EpisodeResult
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.run.runner import Work
 from dressing_sim.benchmark.studies import STUDIES
-from dressing_sim.benchmark.studies.search import Search, SearchStudy, Trial, best, score
+from dressing_sim.benchmark.studies.search import (
+    SCREENED,
+    SCREENED_POSTURES,
+    Search,
+    SearchStudy,
+    Trial,
+    best,
+    score,
+)
 from dressing_sim.benchmark.studies.search_document import trials_table
 from dressing_sim.benchmark.studies.study import run_study
+from dressing_sim.benchmark.studies.tuning_paths import tried
 from dressing_sim.cli import main
+from dressing_sim.config import to_plain
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies import rivals
 from dressing_sim.policies.registry import make_policy
 from dressing_sim.policies.search_spaces import SPACES, Choice, Span, named, space_of
 from dressing_sim.suites.suites import load_suite
@@ -83,6 +97,27 @@ def test_the_corners_of_a_space_are_policies_too(policy):
         make_policy(named(policy, space, [share] * len(space)))
 
 
+@pytest.mark.parametrize("policy", rivals.POLICIES)
+def test_a_rival_as_it_is_lies_within_its_ranges(policy):
+    for name, one in SPACES.get(policy, {}).items():
+        value = getattr(rivals.POLICIES[policy].method, name)
+        if isinstance(one, Span):
+            assert one.low <= value <= one.high
+        else:
+            assert str(value).lower() in one.values
+
+
+# A network of the largest size takes long to learn.
+@pytest.mark.parametrize("policy", sorted(set(SPACES) & set(rivals.POLICIES) - {"cnmp"}))
+@pytest.mark.parametrize("share", [0.0, 1.0 - 1e-12])
+def test_a_rival_at_the_corners_of_its_space_learns_and_answers(policy, share):
+    space = space_of(policy)
+    name = named(policy, space, [share] * len(space))
+    ((_, path, _, _),) = tried(name, load_suite("case_a"), [POSTURE], seed=0)
+    assert len(path) > 1  # a policy without an answer stays where it is
+    assert np.isfinite(path).all()
+
+
 def test_shares_are_even_in_their_scale():
     assert Span(0.0, 4.0).at(0.25) == "1"
     assert Span(1e-3, 1e-1, log=True).at(0.5) == "0.01"
@@ -110,6 +145,8 @@ def test_the_better_quarter_goes_on_and_the_best_is_chosen(found):
         "seed": 0,
         "cases": ["case_a", "case_b"],
         "postures": [2, 3, 5],
+        "screened": [],
+        "path_scores": [],
     }
 
 
@@ -193,6 +230,59 @@ def test_the_report_names_what_was_chosen(found):
     text = markdown(found[1].document)
     assert found[1].summary["chosen"] in text
     assert "20 trials" in text
+
+
+def screening(what, scores):
+    """A summary of the study of tuning: each trial scores alike from both cases."""
+    return {
+        "rows": [
+            {"policy": n, "score": s}
+            for n, s in zip(what.design(), scores, strict=True)
+            for _ in "ab"
+        ]
+    }
+
+
+def test_of_screened_trials_the_best_dress_and_the_policy_as_it_is():
+    what = Search("tp-gmm", trials=20)
+    scores = np.random.default_rng(0).permutation(20) / 20.0
+    scores[0] = -1.0  # the policy as it is draws the worst paths of all
+    after = what.after(screening(what, scores))
+    ranked = [what.design()[place] for place in np.argsort(-scores)]
+    assert list(after.screened) == ranked
+    np.testing.assert_allclose(after.path_scores, np.sort(scores)[::-1])
+    assert after.names() == ["tp-gmm", *ranked[: SCREENED - 1]]
+    plan = after.plan()
+    assert {entry.policy for entry in plan.protocol.entries} == set(after.names())
+    assert len(plan.tested) == SCREENED_POSTURES[-1]
+    assert Search.of(plan) == after
+    plan = what.screening()
+    assert plan.protocol.study == "tuning"
+    assert [entry.policy for entry in plan.protocol.entries][::2] == what.design()
+    assert list(plan.tested) == load_suite("val50")
+
+
+def test_the_command_screens_by_paths_before_anything_dresses(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(
+        STUDIES, "search", lambda: SearchStudy(Work(steady_demonstrate, fit, dress))
+    )
+    monkeypatch.setattr("dressing_sim.commands.studies.Processes", Threads)
+    monkeypatch.chdir(tmp_path)
+    command = ["tune", "tp-gmr", "--trials", "12", "--screened", "--workers", "1", "--out", "found"]
+    main([*command, "--json"])
+    found = json.loads(capsys.readouterr().out)
+    paths = json.loads(Path("found-screening/summary.json").read_text())
+    what = Search("tp-gmr", trials=12)
+    assert list(map(tuple, found["search"].items())) == list(to_plain(what.after(paths)).items())
+    assert sorted(found["search"]["screened"]) == sorted(what.design())
+    assert found["search"]["path_scores"] == sorted(found["search"]["path_scores"], reverse=True)
+    assert len(found["trials"]) == SCREENED
+    assert found["n_episodes"] == 2 * (SCREENED * 8 + 2 * 42)
+    assert "12 trials of `tp-gmr` drew paths" in Path("found/report.md").read_text()
+    # The same command goes on: nothing is drawn or dressed again.
+    monkeypatch.setitem(STUDIES, "search", lambda: SearchStudy(Work(steady_demonstrate, fit, None)))
+    main([*command, "--json", "--resume"])
+    assert json.loads(capsys.readouterr().out) == found
 
 
 def test_a_score_rises_with_success_and_with_the_smallest_margin():

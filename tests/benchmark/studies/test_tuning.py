@@ -18,7 +18,9 @@ from dressing_sim.benchmark.studies.tuning_paths import (
     operator_demonstrations,
     path_metrics,
     steady_path,
+    tried,
 )
+from dressing_sim.errors import PolicyError
 from dressing_sim.suites.suites import load_suite
 
 POSTURES = load_suite("paper5")
@@ -56,6 +58,36 @@ def test_a_path_across_the_inside_of_a_bent_elbow_does_not_follow():
     assert metrics.ends
     assert metrics.outside < metrics.outside_expert
     assert metrics.largest_gap > 0.05
+    assert not metrics.dresses
+
+
+def test_a_path_scores_by_whether_it_dresses_and_by_its_smallest_margin(posture):
+    expert = steady_path(posture)
+    up = np.linspace(0.0, 1.0, len(expert))[:, None] * [0.0, 0.0, 1.0]
+    scores = [
+        path_metrics(expert + end * up, expert, posture) for end in (0.0, 0.04, 0.079, 0.081, 0.5)
+    ]
+    values = [metrics.score for metrics in scores]
+    assert values == sorted(values, reverse=True)
+    assert [metrics.dresses for metrics in scores[2:4]] == [True, False]
+    assert values[2] - values[3] == pytest.approx(0.5, abs=0.02)
+    assert values[-1] == 0.0
+    assert 0.5 < values[0] <= 1.0
+
+
+class Unsure:
+    dt = 0.1
+
+    def fit(self, demonstrations):
+        return self
+
+    def generate(self, frames, start):
+        raise PolicyError("does not know")
+
+
+def test_a_policy_without_an_answer_stays_where_it_is():
+    ((_, path, expert, metrics),) = tried(f"{__name__}:Unsure", CASE_A, POSTURES[:1], 0)
+    np.testing.assert_array_equal(path, expert[:1])
     assert not metrics.dresses
 
 
