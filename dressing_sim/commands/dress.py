@@ -197,11 +197,12 @@ def _source(
     try:
         fresh = hosted_policy(name, fitting_seed(seed, Entry(name, demonstrations), 0))
     except InvalidInputError as error:
-        if not str(error).startswith("unknown policy"):
+        unknown, _, valid = str(error).partition("; ")
+        if not unknown.startswith("unknown policy"):
             raise
         raise InvalidInputError(
-            f"policy {shown(policy, 400)}: no such file, and {error}, or a file written by "
-            "'dressing-sim learn'"
+            f"policy {shown(policy, 400)}: no such file, and no policy's name; {valid}, or a file "
+            "written by 'dressing-sim learn'"
         ) from error
     if explained:
         check_explained(fresh, name)

@@ -48,13 +48,28 @@ def print_table(cells: Sequence[Sequence[str]]) -> None:
     Console(width=None if sys.stdout.isatty() else 120).print(grid)
 
 
+#: Metrics that are printed next to a verdict: how far the sleeve came, and what it took.
+_TOLD = (
+    "duration",
+    "armscye_s",
+    "gripper_distance",
+    "strain",
+    "grip_force",
+    "link_force",
+    "hit_force",
+)
+
+
 def print_outcome(name: str, outcome: Outcome) -> None:
-    """Print a verdict with its reasons and metrics."""
-    from dressing_sim.episode.metrics import metric_text
+    """Print a verdict with its reasons and the metrics that matter most."""
+    from dressing_sim.episode.metrics import METRICS, metric_text
 
     print(f"{name}: {'success' if outcome.success else outcome.invalid or 'failure'}")
     for failure in outcome.failures:
         when = "" if failure.time is None else f" at {failure.time:.2f} s"
         print(f"  {failure.reason}{when}: {failure.detail}")
-    for metric, value in outcome.metrics.items():
+    told = {m: v for m, v in outcome.metrics.items() if m in _TOLD or m not in METRICS}
+    for metric, value in told.items():
         print(f"  {metric:24} {metric_text(metric, value)}")
+    if len(told) < len(outcome.metrics):
+        print(f"  {len(outcome.metrics) - len(told)} more metrics with --json")

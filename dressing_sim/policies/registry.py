@@ -129,7 +129,7 @@ def _find(name: str) -> type:
     if name not in installed and ":" not in name:
         valid = ", ".join(dict.fromkeys([EXPERT, "default", *built_in(), *installed]))
         raise InvalidInputError(
-            f"unknown policy {shown(name, 400)}; valid is one of {valid}, or module:Class"
+            f"unknown policy {shown(name, 400)}; valid is one of module:Class, {valid}"
         )
     try:
         found = installed[name].load() if name in installed else _imported(name)

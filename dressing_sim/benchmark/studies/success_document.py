@@ -189,7 +189,9 @@ def headline(protocol: Protocol, summary: Summary) -> str:
     most = max((row["pc_success"] for _, row in learned), default=None)
     best = [(label, row) for label, row in learned if row["pc_success"] == most]
     sentences = []
-    if len(best) == 1:
+    if most == 0.0:
+        sentences.append("No policy that learned dressed an arm.")
+    elif len(best) == 1:
         label, row = best[0]
         sentences.append(f"Of the policies that learned, {label} did best: {_dressed(row)}.")
     elif best:
