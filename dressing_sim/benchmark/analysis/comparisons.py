@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
-from dressing_sim.benchmark.analysis.statistics import compare
+from dressing_sim.benchmark.analysis.statistics import compare, holm
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.policies.hyperparameters import split_name
+from dressing_sim.policies.registry import DEFAULT
 
 #: The policy without synthetic demonstrations; the names of augmented ones begin with it.
 INITIAL = "tp-gmm"
@@ -34,7 +35,9 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
     the same variation, tuned rows with tuned ones; ``variation`` (a row under variation against the
     same row without); ``settings`` (a policy with hyper-parameters after a ``?`` against the same
     row without); ``tuning`` (a tuned row against the same as published); ``style`` (learned from
-    an operator of another style against the usual one).
+    an operator of another style against the usual one); ``default`` (any other policy against the
+    package's own, same demonstrations and variation), with ``p_holm`` besides, the p-value
+    corrected for how many policies are held against it.
 
     Args:
         episodes: Those of a protocol.
@@ -47,7 +50,7 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
     """
     rows = episodes.rows
     seed = int(rng.integers(2**32))
-    return [
+    found: list[dict[str, Any]] = [
         {
             "kind": kind,
             "a": a.to_dict(),
@@ -58,6 +61,10 @@ def comparisons(episodes: EpisodeTable, rng: np.random.Generator) -> list[dict[s
         for a in rows
         if (b := partner(a, rows)) in rows and b != a
     ]
+    family = [pair for pair in found if pair["kind"] == "default"]
+    for pair, p in zip(family, holm([pair["p_mcnemar"] for pair in family]), strict=True):
+        pair["p_holm"] = p
+    return found
 
 
 def _initial(entry: Entry) -> Entry:
@@ -102,4 +109,5 @@ _PARTNERS: Mapping[str, Callable[[Entry, Collection[Entry]], Entry]] = {
     "settings": lambda entry, _: replace(entry, policy=entry.stem),
     "tuning": lambda entry, _: entry.untuned,
     "style": lambda entry, _: _usual_operator(entry),
+    "default": lambda entry, _: replace(entry, policy=DEFAULT),
 }

@@ -43,6 +43,20 @@ def mcnemar_p(only_a: int, only_b: int) -> float:
     return float(binomtest(only_a, discordant).pvalue) if discordant else 1.0
 
 
+def holm(p_values: Sequence[float]) -> list[float]:
+    """P-values corrected for their number, in the same order (Holm 1979).
+
+    Rejecting those at or below a level keeps the chance of any false rejection among all of them
+    below it, whatever their dependence.
+    """
+    order = np.argsort(p_values, kind="stable")
+    left = len(p_values) - np.arange(len(p_values))
+    rising = np.maximum.accumulate(left * np.asarray(p_values, dtype=float)[order])
+    corrected = np.empty(len(p_values))
+    corrected[order] = np.minimum(rising, 1.0)
+    return [float(p) for p in corrected]
+
+
 @dataclass(frozen=True, slots=True)
 class Contrast:
     """A weighted sum of the success rates of several rows, over episodes they have in common.

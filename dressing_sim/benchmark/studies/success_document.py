@@ -61,6 +61,7 @@ COMPARISONS = {
     "settings": "with other settings, less as chosen",
     "tuning": "tuned, less as published",
     "style": "shown by an operator of another style, less shown by the usual one",
+    "default": "less the default policy, shown the same demonstrations",
 }
 
 
@@ -107,6 +108,7 @@ def success_document(
         ),
         *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION)),
         Section("The paper's claims", tuple(_claims(summary))),
+        Section("Methods by rank", tuple(_ranks(summary))),
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),
         Section("What went wrong first", tuple(_failures(protocol, episodes, summary))),
         films_section(folder, protocol, episodes, films),
@@ -242,17 +244,29 @@ def _claims(summary: Summary) -> Iterator[Block]:
         yield Table(tabulate(summary["claims"], tables.CLAIMS))
 
 
+def _ranks(summary: Summary) -> Iterator[Block]:
+    if found := summary.get("ranks"):
+        yield Paragraph(
+            "Methods by their success over the demonstrations that most of them learned from, "
+            "equals with the mean of their places. Intervals: demonstration sets are drawn anew, "
+            "and episodes within them, the same for all methods."
+        )
+        yield plots.ranks_plot(found)
+        yield Table(tabulate(found, tables.RANKS))
+
+
 def _comparisons(summary: Summary) -> Iterator[Block]:
     if summary["comparisons"]:
         yield Paragraph(
             "Difference of success rates over the same postures and demonstration sets, in "
-            "percentage points, with its bootstrap interval; p of McNemar's exact test; P(better) "
-            "is the probability of improvement, in which a tie counts half."
+            "percentage points, with its bootstrap interval; p of McNemar's exact test, and, where "
+            "many are held against one, corrected for their number (Holm); P(better) is the "
+            "probability of improvement, in which a tie counts half."
         )
     for kind, group in groupby(summary["comparisons"], key=lambda pair: pair["kind"]):
         pairs, name = list(group), f"First {COMPARISONS.get(kind, 'less second')}"
         yield Paragraph(f"{name}:")
-        yield Table(tabulate(pairs, tables.PAIRS))
+        yield Table(tabulate(pairs, tables.PAIRS, optional=tables.PAIRS_OPTIONAL))
         yield plots.differences_plot(pairs, f"differences-{kind}", f"{name}, with 95 % intervals.")
 
 

@@ -94,6 +94,19 @@ def differences_plot(pairs: Sequence[Mapping[str, Any]], name: str, caption: str
     return Plot(name, plots.intervals(rows, scale, (-reach, reach)), ". ".join(words), caption)
 
 
+def ranks_plot(ranks: Sequence[Mapping[str, Any]]) -> Plot:
+    """Places of methods with their intervals, the best on top."""
+    rows = [
+        plots.Interval(one["policy"], one["rank_ci95"][0], one["rank"], one["rank_ci95"][1])
+        for one in ranks
+    ]
+    words = [
+        f"{row.label}: place {row.value:g}, interval {row.low:g} to {row.high:g}" for row in rows
+    ]
+    svg = plots.intervals(rows, "place by success rate", (0.5, len(rows) + 0.5))
+    return Plot("ranks", svg, ". ".join(words), "Places with 95 % bootstrap intervals.")
+
+
 def failures_plot(protocol: Protocol, episodes: EpisodeTable) -> Plot:
     """What went wrong first in the failed episodes of each row."""
     shares, words = {}, []

@@ -10,6 +10,7 @@ import numpy as np
 from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
+from dressing_sim.benchmark.analysis.ranks import ranked
 from dressing_sim.benchmark.analysis.statistics import rate_interval_over_sets
 from dressing_sim.benchmark.records import Entry, EpisodeResult, Protocol
 from dressing_sim.provenance import versions
@@ -34,16 +35,20 @@ def summarise(
     and ``pc_success_ci95_sets``, see `rate_interval_over_sets`. Where another robot than the
     benchmark's dressed, every row has its name as ``robot``.
 
+    Where many methods learned they have ``ranks``, see `Ranked`.
+
     Returns:
         ``{"rows": [...], "comparisons": [...], "claims": [...], "versions": {...},
         "config": {...}}``, percentages from 0 to 100; it does not depend on the order in which
         the results come.
     """
     episodes = EpisodeTable.of(results)
+    places = [one.to_dict() for one in ranked(episodes, _generator())]
     told = {} if robot is None else {"robot": robot}
     return {
         "rows": [{**row, **told} for row in summary_rows(protocol, episodes)],
         "comparisons": comparisons(episodes, _generator()),
+        **({"ranks": places} if places else {}),
         "claims": [claim.to_dict() for claim in judge_claims(episodes, _generator())],
         "versions": versions(),
         "config": {

@@ -58,7 +58,19 @@ PAIRS: list[Column[Summary]] = [
     ("difference", lambda pair: number(pair["pc_difference"], "+.3g")),
     ("95 % interval", lambda pair: signed_interval(pair)),
     ("p", lambda pair: f"{pair['p_mcnemar']:.3f}"),
+    ("p (Holm)", lambda pair: number(pair.get("p_holm"), ".3f")),
     ("P(better)", lambda pair: number(pair["probability_of_improvement"], ".2f")),
+]
+
+#: Columns of `PAIRS` that are left out where nothing is in them.
+PAIRS_OPTIONAL = ("p (Holm)",)
+
+#: Of methods by rank.
+RANKS: list[Column[Summary]] = [
+    ("rank", lambda one: f"{one['rank']:g}"),
+    ("95 % interval", lambda one: "{:g} - {:g}".format(*one["rank_ci95"])),
+    ("policy", lambda one: one["policy"]),
+    ("rate", lambda one: percent(one["pc_success"])),
 ]
 
 #: Of the paper's claims with their verdicts.

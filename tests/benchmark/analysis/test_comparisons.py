@@ -10,6 +10,7 @@ from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.records import Entry
 from dressing_sim.episode.outcome import Outcome
 from dressing_sim.errors import InvalidInputError
+from dressing_sim.policies.registry import DEFAULT
 
 
 def episodes(entry, outcomes, sets=1):
@@ -73,11 +74,13 @@ def test_a_budget_is_compared_with_its_last_step():
 def test_tuned_rows_are_compared_among_themselves_and_with_the_same_as_published():
     untuned = [INITIAL_A, RF_A, BASELINE, Entry("transport", "case_a")]
     tuned = [entry.tuned for entry in untuned]
+    ours = untuned[-1]
     among_untuned = pairs(untuned)
-    among_tuned = {(kind, a.tuned, b.tuned) for kind, a, b in among_untuned}
+    among_tuned = {(k, a.tuned, b.tuned) for k, a, b in among_untuned if k != "default"}
     itself = {("tuning", a, b) for a, b in zip(tuned, untuned, strict=True)}
+    against_ours = {("default", one, ours) for one in tuned if one.demonstrations == "case_a"}
     assert pairs(tuned) == among_tuned
-    assert pairs(untuned + tuned) == among_untuned | among_tuned | itself
+    assert pairs(untuned + tuned) == among_untuned | among_tuned | itself | against_ours
 
 
 def test_rows_under_variation_are_compared_among_themselves_and_with_the_nominal():
@@ -151,3 +154,20 @@ def test_a_label_says_what_was_shown_and_varied():
     assert Entry("expert").label == "expert"
     varied = Entry("tp-gmm", "case_a", ("friction", "arm"))
     assert varied.label == "tp-gmm on case_a, friction and arm varied"
+
+
+def test_every_policy_is_held_against_our_own_and_their_number_is_corrected_for():
+    others = [INITIAL_A, RF_A, Entry("dmp", "case_a"), Entry("kmp?kernel=3", "case_a")]
+    ours, elsewhere = Entry(DEFAULT, "case_a"), Entry("dmp", "case_b")
+    rows = [e for entry in others for e in episodes(entry, [0] * 8 + [1] * 4)]
+    rows += (
+        episodes(ours, [1] * 12) + episodes(elsewhere, [1] * 12) + episodes(Entry("expert"), [1])
+    )
+    found = comparisons(EpisodeTable.of(rows), rng())
+    family = [pair for pair in found if pair["kind"] == "default"]
+    assert [Entry.of(pair["a"]) for pair in family] == others
+    assert all(Entry.of(pair["b"]) == ours for pair in family)
+    for pair in family:
+        assert pair["pc_difference"] == pytest.approx(-100 * 8 / 12)
+        assert pair["p_holm"] == pytest.approx(min(1.0, len(others) * pair["p_mcnemar"]))
+    assert all("p_holm" not in pair for pair in found if pair["kind"] != "default")

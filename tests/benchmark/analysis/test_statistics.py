@@ -10,6 +10,7 @@ from dressing_sim.benchmark.analysis.statistics import (
     Paired,
     compare,
     contrast,
+    holm,
     mcnemar_p,
     rate_interval_over_sets,
     wilson_interval,
@@ -366,3 +367,15 @@ def test_intervals_are_of_ten_thousand_samples_unless_asked_for_others():
     assert one == other
     # Each has drawn as much of its source as the others.
     assert len({str(source.bit_generator.state) for source in sources}) == 1
+
+
+def test_holm_multiplies_the_smallest_by_their_number_and_never_changes_their_order():
+    # By hand: 4 x 0.005, 3 x 0.01, 2 x 0.03, and 0.04, which may not be below the one before.
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([]) == []
+    assert holm([0.7]) == [0.7]
+    p = np.random.default_rng(0).random(30)
+    corrected = np.array(holm(p))
+    assert (corrected >= p).all()
+    assert (corrected <= np.minimum(1.0, 30 * p)).all()  # never beyond Bonferroni's
+    assert (np.diff(corrected[np.argsort(p)]) >= 0.0).all()

@@ -27,6 +27,7 @@ from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.failures import hardest
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
+from dressing_sim.benchmark.analysis.ranks import FEWEST
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report import plots
 from dressing_sim.benchmark.report.document import tabulate
@@ -49,6 +50,8 @@ from dressing_sim.benchmark.studies.success_plots import (
 from dressing_sim.benchmark.studies.success_summary import summarise
 from dressing_sim.benchmark.studies.success_tables import (
     PAIRS,
+    PAIRS_OPTIONAL,
+    RANKS,
     listing,
     next_to_paper,
     sets_table,
@@ -57,6 +60,7 @@ from dressing_sim.benchmark.studies.success_tables import (
 from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.rules import REASONS, rule_colour
 from dressing_sim.files import assets
+from dressing_sim.policies.registry import DEFAULT
 
 COMMAND = "dressing-sim evaluate --protocol full"
 FOLDER = Path("results/run")
@@ -127,7 +131,22 @@ def test_tables_claims_and_the_command_are_in_every_report(full, write):
     for cells in (table(summary), sets_table(summary), listing(EpisodeTable.of(results))[1]):
         assert_table(text, cells, write)
     assert summary["comparisons"]
-    assert_table(text, tabulate(summary["comparisons"][:6], PAIRS), write)
+    first = tabulate(summary["comparisons"][:6], PAIRS, optional=PAIRS_OPTIONAL)
+    assert_table(text, first, write)
+
+
+def test_many_methods_are_ranked_and_held_against_ours():
+    policies = [*map(str, range(FEWEST - 1)), DEFAULT]
+    protocol = Protocol("p", "s", tuple(Entry(name, "x") for name in policies))
+    outcomes = [[SUCCESS] * (n + 1) + [HIT] * (len(policies) - n - 1) for n in range(len(policies))]
+    results = results_of(protocol, outcomes)
+    summary = summarise(protocol, results, {})
+    assert [one["policy"] for one in summary["ranks"]] == policies[::-1]
+    text = markdown(success_document(Path("p"), protocol, results, summary, "c"))
+    assert markdown_table(tabulate(summary["ranks"], RANKS)) in text
+    assert "| 1 | 1 - " in text
+    assert "p (Holm)" in text
+    assert "First less the default policy, shown the same demonstrations" in text
 
 
 def assert_table(text, cells, write):
