@@ -20,8 +20,8 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 #: Panels: a title, and the runs whose rows stand in it.
 PANELS = {
-    "200 arms, elbow bent by 5 to 70 deg": ("transport", "full", "fair"),
-    "50 arms, elbow bent by 60 to 90 deg": ("transport-hard", "hard_elbow"),
+    "200 arms, elbow bent by 5 to 70 deg": ("transport", "full", "fair", "fair-noise"),
+    "50 arms, elbow bent by 60 to 90 deg": ("transport-hard", "hard_elbow", "fair-hard"),
 }
 SHOWN = {
     "case_a": "two demonstrations, A",
