@@ -25,7 +25,6 @@ from dressing_sim.policies.registry import make_policy
 from dressing_sim.policies.transported import TransportConfig
 from dressing_sim.suites.people import load_person
 from dressing_sim.suites.robots import load_robot, with_robot
-from dressing_sim.suites.suites import demonstration_postures
 from dressing_sim.suites.wardrobe import load_garment
 from dressing_sim.world.robot import PANDA, Robot, ServoConfig
 from dressing_sim.world.scene import SolverConfig
@@ -205,7 +204,6 @@ DOCUMENTED = {
     "TransportConfig": (TransportConfig, {}),
     "Judge.from_dict": (Judge.from_dict, {"values": {}}),
     "Judge.load": (Judge.load, {"path": "none.json"}),
-    "demonstration_postures": (demonstration_postures, {"name": "paper5"}),
     "dm.load": (dm.load, {"posture": FAR, "seed": 0}),
     "DressArm": (DressArm, {"posture": FAR}),
     "env_config": (env_config, {"choices": {}}),

@@ -218,12 +218,12 @@ def _recorded(demonstrations: str, seed: int, config: EpisodeConfig) -> Sequence
 
     from dressing_sim.benchmark.run.runner import record_demonstration
     from dressing_sim.episode.demonstration import load_demonstrations
-    from dressing_sim.suites.suites import demonstration_postures
+    from dressing_sim.suites.suites import load_suite
 
     if is_file(demonstrations) and h5py.is_hdf5(demonstrations):
         return load_demonstrations(demonstrations)
     recorded = []
-    for posture in demonstration_postures(demonstrations):
+    for posture in load_suite(demonstrations):
         print(f"demonstrating on {posture.name}", file=sys.stderr)
         recorded.append(record_demonstration(seed, posture, 0, config))
     return recorded

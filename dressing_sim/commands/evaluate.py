@@ -58,9 +58,10 @@ def evaluate(
 
     Args:
         protocol: which policies learn from which demonstrations: paper, full, budget, friction,
-            noise, robust, styles, fair, settings, rivals, moving, compliant; or paper-cost, what
-            the learning costs without dressing anybody.
-        suite: test postures instead of the protocol's: a name, a JSON file, or random:N.
+            noise, robust, styles, fair, settings, ablation, rivals, moving, compliant; or
+            paper-cost, what the learning costs without dressing anybody.
+        suite: test postures instead of the protocol's: a name, NAME:n for its first n, a JSON
+            file, or random:N.
         policies: other policies than the protocol's, separated by commas: expert, default,
             tp-gmm, the name of an installed one, or module:Class, each with ?name=value&...
             for its hyper-parameters.

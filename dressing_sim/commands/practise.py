@@ -54,14 +54,14 @@ def practise(
     from dressing_sim.extras import needed
     from dressing_sim.files import check_output
     from dressing_sim.policies.registry import make_policy
-    from dressing_sim.suites.suites import demonstration_postures
+    from dressing_sim.suites.suites import load_suite
 
     check_workers(workers)
     check_seed(seed)
     what = Practice(policy, demonstrations, postures, generations, population, seed)
     make_policy(policy)
     what.check()
-    demonstration_postures(demonstrations)
+    load_suite(demonstrations)
     needed("cmaes", "practice")
     files = "report.md", "report.html", "summary.json"
     for name in files:

@@ -31,6 +31,8 @@ _KEYS = frozenset({"name", "version", "description", "distribution", "motions", 
 
 _RANDOM = re.compile(r"random:(?P<n>[1-9]\d{0,4})(:(?P<seed>\d{1,18}))?", re.ASCII)
 
+_FIRST = re.compile(r"(.+):(\d{1,6})", re.ASCII)
+
 
 def suite_names() -> list[str]:
     """Names of the suites that come with the package."""
@@ -41,21 +43,33 @@ def load_suite(name_or_file: str) -> list[Posture]:
     """The postures of a suite.
 
     Args:
-        name_or_file: A built-in name, a JSON file, or ``random:N`` / ``random:N:SEED`` for N
-            random postures (at most 99999, seed 0 unless given), named ``randomSEED-0`` and so on.
+        name_or_file: A built-in name, a JSON file, either with ``:n`` after it for its first n
+            postures, or ``random:N`` / ``random:N:SEED`` for N random postures (at most 99999, seed
+            0 unless given), named ``randomSEED-0`` and so on.
 
     Raises:
-        InvalidInputError: No such suite, or the file is not a valid one.
+        InvalidInputError: No such suite, it has fewer postures, or the file is not a valid one.
     """
     of_kind(name_or_file, str, "a suite", "a name, a JSON file, or random:N[:SEED]")
+    # In random:N and random:N:SEED the number after the colon means something else.
     if name_or_file.startswith("random:"):
         return _random_suite(name_or_file)
+    part = _FIRST.fullmatch(name_or_file)
+    if part is not None and not is_file(name_or_file):
+        postures, count = load_suite(part[1]), int(part[2])
+        if not 1 <= count <= len(postures):
+            raise InvalidInputError(
+                f"suite {shown(name_or_file)}: valid is 1 to {len(postures)} postures of suite "
+                f"{part[1]!r}"
+            )
+        return postures[:count]
     builtin = assets() / "suites" / f"{name_or_file}.json"
     path = builtin if is_file(builtin) else Path(name_or_file)
     if not is_file(path):
         raise InvalidInputError(
             f"unknown suite {shown(name_or_file)}; valid is one of "
-            f"{', '.join(suite_names())}, a JSON file, or random:N[:SEED]"
+            f"{', '.join(suite_names())}, the first n of one as NAME:n, a JSON file, or "
+            "random:N[:SEED]"
         )
     try:
         content = read_strict_json(path)
@@ -182,26 +196,6 @@ def write_suite(
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in fields.items()]
     entries = ",\n".join(f"    {json.dumps(posture.to_dict())}" for posture in postures)
     write_file(path, "\n".join(["{", *lines, '  "postures": [', entries, "  ]", "}", ""]))
-
-
-def demonstration_postures(name: str) -> list[Posture]:
-    """Postures to demonstrate on: those of a suite, or with ``NAME:n`` its first n.
-
-    Raises:
-        InvalidInputError: There is no such suite, or it has fewer than n.
-    """
-    of_kind(name, str, "a suite", "a name, or NAME:n")
-    # In random:N and random:N:SEED the number after the colon means something else.
-    match = None if name.startswith("random:") else re.fullmatch(r"(.+):(\d{1,6})", name, re.ASCII)
-    if match is None:
-        return load_suite(name)
-    postures, count = load_suite(match[1]), int(match[2])
-    if not 1 <= count <= len(postures):
-        raise InvalidInputError(
-            f"demonstrations {shown(name)}: valid is 1 to {len(postures)} postures of suite "
-            f"{match[1]!r}"
-        )
-    return postures[:count]
 
 
 @dataclass(frozen=True, slots=True)

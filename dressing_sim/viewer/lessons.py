@@ -24,7 +24,7 @@ from dressing_sim.files import is_file
 from dressing_sim.learning import Policy
 from dressing_sim.policies.hosted import hosted_policy
 from dressing_sim.policies.registry import learns
-from dressing_sim.suites.suites import demonstration_postures
+from dressing_sim.suites.suites import load_suite
 from dressing_sim.viewer.choices import TAKES, Choices
 from dressing_sim.viewer.live import Live
 
@@ -123,7 +123,7 @@ class Lessons:
         if key not in self._sets:
             config: EpisodeConfig = choices.nominal()
             made = []
-            postures = demonstration_postures(choices.demonstrations)
+            postures = load_suite(choices.demonstrations)
             for number, posture in enumerate(postures, start=1):
                 told(f"demonstrating {number} of {len(postures)}, on {posture.name}")
                 made.append(record_demonstration(choices.seed, posture, 0, config))

@@ -160,6 +160,19 @@ def test_a_suite_can_be_a_file(tmp_path):
     assert (two.name, two.size) == ("two", "female")
 
 
+def test_the_first_of_a_suite_are_a_suite_too(tmp_path):
+    assert load_suite("val50:3") == load_suite("val50")[:3]
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps({"postures": [ARM, {**ARM, "name": "two"}]}))
+    assert [posture.name for posture in load_suite(f"{path}:1")] == ["one"]
+    with pytest.raises(InvalidInputError, match="valid is 1 to 50 postures of suite 'val50'"):
+        load_suite("val50:51")
+    # A file of such a name is itself.
+    colon = tmp_path / "own.json:1"
+    colon.write_text(json.dumps({"postures": [{**ARM, "name": "three"}]}))
+    assert [posture.name for posture in load_suite(str(colon))] == ["three"]
+
+
 @pytest.mark.parametrize(
     "name", ["nope", "", "random", "random:", "random:0", "random:-1", "random:x", "random:1:2:3",
              "random:1.5", "random:2:", "random:2:-1", "random:2:x", "random:100000",

@@ -26,7 +26,7 @@ from dressing_sim.policies.registry import learns
 from dressing_sim.provenance import versions
 from dressing_sim.seeds import derived_seed
 from dressing_sim.suites.people import as_person, load_person
-from dressing_sim.suites.suites import demonstration_postures, load_suite
+from dressing_sim.suites.suites import load_suite
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +221,7 @@ def style_of(demonstrations: str) -> str:
 
 
 def _postures(demonstrations: str) -> tuple[Posture, ...]:
-    return tuple(demonstration_postures(split_name(demonstrations)[0]))
+    return tuple(load_suite(split_name(demonstrations)[0]))
 
 
 def dressing_person(plan: Plan, person: str | None) -> Plan:

@@ -22,7 +22,7 @@ from dressing_sim.policies.confidence import split_judged
 from dressing_sim.policies.host import PolicyLimits
 from dressing_sim.policies.hosted import is_ours
 from dressing_sim.policies.registry import learns
-from dressing_sim.suites.suites import demonstration_postures, load_suite, suite_names
+from dressing_sim.suites.suites import load_suite, suite_names
 
 #: Suites for testing, and for nothing else: results on these can be compared.
 TEST_SUITES = ("paper5", "test200", "hard_elbow")
@@ -160,7 +160,7 @@ def _taught(plan: Plan) -> Iterator[str]:
             checksum = isinstance(plan.own[name], str) and _CHECKSUM.fullmatch(plan.own[name])
             if not PLAIN.fullmatch(name) or not checksum or plan.protocol.demonstration_sets > 1:
                 yield f"own demonstrations {shown(name)}, valid is a plain name and its checksum"
-        elif stem not in suite_names() or postures != tuple(demonstration_postures(name)):
+        elif stem not in suite_names() or postures != tuple(load_suite(name)):
             valid = ", ".join(one for one in suite_names() if one not in TEST_SUITES)
             yield f"demonstrations {shown(name)}, valid is one of {valid}, or a file of your own"
         seen = [one.name for one in postures if replace(one, name="") in _test_postures()]

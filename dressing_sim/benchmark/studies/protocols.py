@@ -119,6 +119,26 @@ _CHANGED = (
     ),
 )
 
+#: What `transport` is made of, left out one after the other: what demonstrations agree on alone;
+#: the bend as it is or sideways; a rigid motion without a Gaussian process; landmarks on the bones
+#: alone; neither beyond the elbow; nor lower there; no clearance; that of the fingertips alone.
+_LEFT_OUT = (
+    "slope_to_noise=0",
+    "feature=sideways",
+    "landmark_noise=100",
+    "height=0",
+    "ahead=0",
+    "dip=0",
+    "clearance=false",
+    "hand=0",
+)
+
+_ABLATED = tuple(
+    replace(entry, policy=f"{entry.policy}{change}")
+    for change in ("", *(f"?{text}" for text in _LEFT_OUT))
+    for entry in _OURS
+)
+
 #: Other ways to learn from the same two demonstrations, the paper's and ours; the operator.
 _RIVALS = (
     Entry(EXPERT),
@@ -153,6 +173,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol("robust", "val50", _ROBUST, demonstration_sets=5),
         Protocol("styles", "val50", _STYLED, demonstration_sets=5),
         Protocol("settings", "val50", _CHANGED, demonstration_sets=5),
+        Protocol("ablation", "train200:50", _ABLATED, demonstration_sets=5),
         Protocol("rivals", "test200", _RIVALS, demonstration_sets=5),
         Protocol("moving", "moving", _MOVED, demonstration_sets=5),
         Protocol("compliant", "compliant", _MOVED, demonstration_sets=5),

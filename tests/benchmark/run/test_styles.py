@@ -25,7 +25,7 @@ from dressing_sim.benchmark.studies.protocols import find_protocol
 from dressing_sim.episode.config import EpisodeConfig
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies.expert import operator_of
-from dressing_sim.suites.suites import demonstration_postures
+from dressing_sim.suites.suites import load_suite
 
 QUICK = "case_a?speed=0.2"
 PROTOCOL = Protocol(
@@ -45,7 +45,7 @@ def test_a_style_stands_after_the_suite_and_changes_the_operator():
 def test_the_postures_are_those_of_the_suite():
     plan = make_plan(PROTOCOL)
     assert plan.demonstrated[QUICK] == plan.demonstrated["case_a"]
-    assert plan.demonstrated["baseline7:2"] == tuple(demonstration_postures("baseline7:2"))
+    assert plan.demonstrated["baseline7:2"] == tuple(load_suite("baseline7:2"))
     assert Plan.from_dict(json.loads(json.dumps(plan.to_dict()))) == plan
 
 

@@ -14,7 +14,7 @@ from dressing_sim.benchmark.scoreboard.submission import submit
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.numerics import numerics
 from dressing_sim.policies.host import PolicyLimits
-from dressing_sim.suites.suites import demonstration_postures, load_suite
+from dressing_sim.suites.suites import load_suite
 from dressing_sim.suites.wardrobe import world_with
 
 PAPER = Protocol("mine", "paper5", ROWS)
@@ -86,7 +86,7 @@ def test_whose_policies_they_are_is_said(tmp_path, monkeypatch):
 def test_no_built_in_demonstration_is_on_a_test_posture():
     tested = {replace(one, name="") for name in TEST_SUITES for one in load_suite(name)}
     for name in ("case_a", "case_b", "baseline7", "val50"):
-        assert not tested & {replace(one, name="") for one in demonstration_postures(name)}
+        assert not tested & {replace(one, name="") for one in load_suite(name)}
 
 
 def test_a_name_may_be_anybodys():

@@ -12,7 +12,7 @@ from dressing_sim.policies.hyperparameters import changed, split_name
 from dressing_sim.policies.paper import AUGMENTED, POLICIES
 from dressing_sim.policies.registry import DEFAULT, EXPERT, make_policy
 from dressing_sim.policies.rivals import POLICIES as RIVALS
-from dressing_sim.suites.suites import demonstration_postures, load_suite
+from dressing_sim.suites.suites import load_suite
 
 
 def joints(posture):
@@ -27,7 +27,7 @@ def test_no_protocol_tests_on_a_posture_that_it_demonstrates(name):
     tested = {joints(posture) for posture in load_suite(protocol.suite)}
     for entry in protocol.entries:
         suite = split_name(entry.demonstrations)[0] if entry.demonstrations else None
-        shown = demonstration_postures(suite) if suite else []
+        shown = load_suite(suite) if suite else []
         assert not tested & {joints(posture) for posture in shown}
 
 
@@ -54,7 +54,7 @@ def test_the_large_protocols_have_what_they_compare():
     budget, robust = find_protocol("budget"), find_protocol("robust")
     for policy in ("tp-gmm", "tp-gmm-rf"):
         suites = [e.demonstrations for e in budget.entries if e.policy == policy]
-        assert [len(demonstration_postures(suite)) for suite in suites] == [2, 3, 4, 5, 6, 7]
+        assert [len(load_suite(suite)) for suite in suites] == [2, 3, 4, 5, 6, 7]
     rows = {(e.policy, e.demonstrations) for e in robust.entries}
     compared = {
         (policy, case)
@@ -168,23 +168,21 @@ def test_a_variation_holds_for_every_row_and_takes_the_place_of_their_own():
 
 def test_a_number_after_the_name_means_the_first_postures():
     suite = load_suite("baseline7")
-    assert [demonstration_postures(f"baseline7:{n}") for n in range(1, 8)] == [
-        suite[:n] for n in range(1, 8)
-    ]
-    assert demonstration_postures("baseline7") == suite
-    assert len(demonstration_postures("random:2:3")) == 2
+    assert [load_suite(f"baseline7:{n}") for n in range(1, 8)] == [suite[:n] for n in range(1, 8)]
+    assert load_suite("baseline7") == suite
+    assert len(load_suite("random:2:3")) == 2
 
 
 @pytest.mark.parametrize("name", ["baseline7:0", "baseline7:8", "baseline7:99"])
 def test_more_postures_than_there_are_is_an_error_that_says_how_many(name):
     with pytest.raises(InvalidInputError, match=f"'{name}': valid is 1 to 7"):
-        demonstration_postures(name)
+        load_suite(name)
 
 
 @pytest.mark.parametrize("name", ["nowhere", "nowhere:2", "baseline7:x", ":2"])
 def test_an_unknown_suite_of_demonstrations_is_an_error(name):
     with pytest.raises(InvalidInputError, match="unknown suite"):
-        demonstration_postures(name)
+        load_suite(name)
 
 
 def test_a_protocol_without_demonstration_sets_is_an_error():
