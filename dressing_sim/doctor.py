@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dressing_sim.errors import DressingSimError
-from dressing_sim.numerics import common_environment, numerics
+from dressing_sim.numerics import common_settings, numerics
 from dressing_sim.provenance import versions
 from dressing_sim.system import processors
 
@@ -55,7 +55,7 @@ def _check(name: str, work: Callable[[], str]) -> Finding:
 
 def _numerics() -> str:
     told = ", ".join(f"{name} {value}" for name, value in numerics().items())
-    apart = " ".join(f"{name}='{value}'" for name, value in common_environment().items())
+    apart = " ".join(f"{name}='{value}'" for name, value in common_settings().items())
     return f"{told}; as on other processors with: {apart}" if apart else told
 
 

@@ -32,10 +32,10 @@ _AVX512 = {
 }
 
 
-def common_environment(flags: frozenset[str] | None = None) -> dict[str, str]:
+def common_settings(flags: frozenset[str] | None = None) -> dict[str, str]:
     """Environment variables under which processors of different kinds compute the same bits.
 
-    Libraries read them as they are loaded. Nothing is said of a variable that is set already.
+    Libraries read them as they are loaded.
 
     Args:
         flags: What the processor can do, by its Linux names; of this one by default.
@@ -49,6 +49,12 @@ def common_environment(flags: frozenset[str] | None = None) -> dict[str, str]:
         wanted |= _BLAS
         # Where there is nothing to switch off numpy would warn.
         wanted |= _AVX512 if "avx512f" in flags else {}
+    return wanted
+
+
+def common_environment(flags: frozenset[str] | None = None) -> dict[str, str]:
+    """Those of `common_settings` that are not set already: what a user has chosen stays."""
+    wanted = common_settings(flags)
     return {name: value for name, value in wanted.items() if name not in os.environ}
 
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from dressing_sim import numerics
+from dressing_sim import doctor, numerics
 from dressing_sim.numerics import common_environment, common_to_children, unlike
 
 SCRIPT = "import json; from dressing_sim.numerics import numerics; print(json.dumps(numerics()))"
@@ -78,6 +78,15 @@ def test_what_all_processors_have_is_asked_for_where_this_one_has_it(monkeypatch
     for name in VARIABLES:
         monkeypatch.delenv(name, raising=False)
     assert set(common_environment(frozenset(flags))) == expected
+
+
+def test_what_doctor_says_does_not_hang_on_what_is_set(monkeypatch):
+    # The command line has set them by then, and workers elsewhere need the same.
+    wanted = numerics.common_settings()
+    for name, value in wanted.items():
+        monkeypatch.setenv(name, value)
+    told = doctor._numerics()
+    assert all(f"{name}='{value}'" in told for name, value in wanted.items())
 
 
 def test_what_a_user_has_chosen_stays(monkeypatch):
