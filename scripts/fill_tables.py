@@ -29,6 +29,7 @@ from dressing_sim.benchmark.studies.cost_document import cost_table
 from dressing_sim.benchmark.studies.search_document import trials_table
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
+    STYLE,
     VARIATION,
     side_by_side,
 )
@@ -87,6 +88,7 @@ BLOCKS: Mapping[str, Callable[[Summary], str]] = {
     "table": lambda summary: markdown_table(table(summary)),
     "paper": lambda summary: markdown_table(next_to_paper(summary["rows"])),
     "settings": lambda summary: markdown_table(side_by_side(summary, HYPERPARAMETERS)),
+    "style": lambda summary: markdown_table(side_by_side(summary, STYLE)),
     "variation": lambda summary: markdown_table(side_by_side(summary, VARIATION)),
     "claims": lambda summary: markdown_table(tabulate(summary["claims"], CLAIMS)),
     "sets": lambda summary: markdown_table(sets_table(summary)),

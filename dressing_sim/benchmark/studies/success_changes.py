@@ -42,6 +42,11 @@ def _by_variation(row: Summary) -> tuple[str, str]:
     return varied or "nothing", _joined(row["policy"], row["demonstrations"])
 
 
+def _by_style(row: Summary) -> tuple[str, str]:
+    suite, style = split_name(row["demonstrations"] or "")
+    return style or "the usual", _joined(row["policy"], suite, in_words(row["variation"]))
+
+
 def _joined(*parts: str | None) -> str:
     return ", ".join(filter(None, parts))
 
@@ -66,6 +71,16 @@ VARIATION = Change(
         "in the nominal world",
     ),
     *("varied", "nothing", _by_variation),
+)
+
+STYLE = Change(
+    "style",
+    "Operators of other styles",
+    _RULE.format(
+        "Success rates of policies that learned from an operator of the style that each line says",
+        "that learned from the usual operator",
+    ),
+    *("operator", "the usual", _by_style),
 )
 
 

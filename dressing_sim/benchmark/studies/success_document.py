@@ -31,6 +31,7 @@ from dressing_sim.benchmark.studies import success_tables as tables
 from dressing_sim.benchmark.studies.protocols import PROTOCOLS
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
+    STYLE,
     VARIATION,
     Change,
     side_by_side,
@@ -106,7 +107,7 @@ def success_document(
             "Success against the number of demonstrations",
             tuple(filter(None, [plots.budget_plot(protocol, episodes)])),
         ),
-        *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION)),
+        *(_change(summary, change) for change in (HYPERPARAMETERS, VARIATION, STYLE)),
         Section("The paper's claims", tuple(_claims(summary))),
         Section("Methods by rank", tuple(_ranks(summary))),
         Section("Pairs of rows, posture by posture", tuple(_comparisons(summary))),

@@ -24,6 +24,7 @@ from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report.document import tabulate
 from dressing_sim.benchmark.studies.success_changes import (
     HYPERPARAMETERS,
+    STYLE,
     VARIATION,
     side_by_side,
 )
@@ -153,6 +154,22 @@ def test_settings_without_their_row_as_chosen_are_compared_with_nothing():
 def test_without_changes_there_is_no_table():
     summary = summarise(FULL, random_results(FULL, 10), {})
     assert side_by_side(summary, HYPERPARAMETERS) == side_by_side(summary, VARIATION) == []
+
+
+def test_rows_of_other_operators_stand_below_the_usual_one():
+    usual, quick = Entry("a", "x"), Entry("a", "x?speed=0.16&dt=0.05")
+    protocol = Protocol("p", "s", (quick, usual, Entry("b", "y")))
+    results = results_of(protocol, [[HIT] * 8, [SUCCESS, HIT] * 4, [SUCCESS] * 8])
+    summary = summarise(protocol, results, {})
+    (pair,) = summary["comparisons"]
+    low, high = pair["pc_difference_ci95"]
+    assert side_by_side(summary, STYLE) == [
+        ["operator", "a, x", "b, y"],
+        ["the usual", "50 %", "100 %"],
+        ["speed=0.16&dt=0.05", f"0 % (-50, {low:+.0f} to {high:+.0f})", "-"],
+    ]
+    del summary["rows"][0]
+    assert side_by_side(summary, STYLE) == []
 
 
 def test_rows_under_variation_stand_below_the_nominal_world():
