@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
-
-from rich.console import Console
-from rich.table import Table
 
 from dressing_sim.errors import InvalidInputError
 
@@ -39,15 +34,6 @@ def names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
 
-def print_table(cells: Sequence[Sequence[str]]) -> None:
-    """Print cells of text, the first row the heading."""
-    heading, *body = cells
-    grid = Table(*heading)
-    for line in body:
-        grid.add_row(*line)
-    Console(width=None if sys.stdout.isatty() else 120).print(grid)
-
-
 #: Metrics that are printed next to a verdict: how far the sleeve came, and what it took.
 _TOLD = (
     "duration",
@@ -64,7 +50,10 @@ def print_outcome(name: str, outcome: Outcome) -> None:
     """Print a verdict with its reasons and the metrics that matter most."""
     from dressing_sim.episode.metrics import METRICS, metric_text
 
-    print(f"{name}: {'success' if outcome.success else outcome.invalid or 'failure'}")
+    failed = bool(outcome.failures) and outcome.invalid is None
+    print(f"{name}: {'failure' if failed else outcome.verdict}")
+    if outcome.abstained is not None:
+        print(f"  {outcome.abstained}")
     for failure in outcome.failures:
         when = "" if failure.time is None else f" at {failure.time:.2f} s"
         print(f"  {failure.reason}{when}: {failure.detail}")

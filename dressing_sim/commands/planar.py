@@ -178,14 +178,14 @@ def _compared(
     data: tuple[PlanarData, ...], config: StudyConfig
 ) -> tuple[dict[str, Any], str, Study | None]:
     """Other methods of learning: numbers and their table."""
-    from dressing_sim.planar.rivals import compare, comparison, comparison_markdown
+    from dressing_sim.planar.rivals import compare, comparison, comparison_markdown, learners
 
     with show_progress(Console(stderr=True)) as tell:
-        names: list[str] = []
+        names, most = list[str](), len(learners(config))
 
         def advance(name: str) -> None:
             names.append(name)
-            tell("methods", len(names), 0, name)
+            tell("methods", len(names), most, name)
 
         compared, refused = compare(data, config, advance)
     result = comparison(compared, refused, config, len(data))

@@ -53,12 +53,12 @@ def practise(
     from dressing_sim.commands.studies import at_work, check_workers, tell, typed
     from dressing_sim.extras import needed
     from dressing_sim.files import check_output
-    from dressing_sim.policies.registry import make_policy
+    from dressing_sim.policies.registry import known_name, make_policy
     from dressing_sim.suites.suites import load_suite
 
     check_workers(workers)
     check_seed(seed)
-    what = Practice(policy, demonstrations, postures, generations, population, seed)
+    what = Practice(known_name(policy), demonstrations, postures, generations, population, seed)
     make_policy(policy)
     what.check()
     load_suite(demonstrations)

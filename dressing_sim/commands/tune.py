@@ -57,11 +57,12 @@ def tune(
     from dressing_sim.benchmark.studies.study import run_study
     from dressing_sim.benchmark.studies.tuning import Tuning
     from dressing_sim.commands.studies import at_work, carry_out, check_folder, typed
+    from dressing_sim.policies.registry import known_name
 
     if workers is not None and scheduler is not None:
         raise InvalidInputError("--workers and --scheduler exclude each other")
     check_seed(seed)
-    search = Search(policy, trials, seed)
+    search = Search(known_name(policy), trials, seed)
     plan = search.plan()
     again: dict[str, Any] = {
         "resume": resume,

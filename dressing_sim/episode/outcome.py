@@ -51,6 +51,15 @@ class Outcome:
         """Names of everything that went wrong."""
         return tuple(failure.reason for failure in self.failures)
 
+    @property
+    def verdict(self) -> str:
+        """In words: success, all that went wrong, that the policy abstained, or why it is void."""
+        if self.invalid is not None:
+            return f"void: {self.invalid}"
+        if self.abstained is not None:
+            return "abstained"
+        return "success" if self.success else ", ".join(self.reasons)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values for a JSON file."""
         return {

@@ -135,9 +135,9 @@ class TrajectoryTPGMM:
         alignment: Alignment | None = None,
     ) -> None:
         of_kind(alignment, (Alignment, NoneType), "alignment", "an Alignment or None")
+        for name, count, fewest in (("samples", samples, 3), ("rest_count", rest_count, 1)):
+            whole_number(count, f"a trajectory policy's {name}", fewest, MOST_SAMPLES)
         for name, value, low, high in (
-            ("samples", samples, 3, MOST_SAMPLES),
-            ("rest_count", rest_count, 1, MOST_SAMPLES),
             ("step_limit", step_limit, 1, 1000),
             ("rest_speed", rest_speed, 0, LARGEST),
             ("end_radius", end_radius, 0, LARGEST),
@@ -294,11 +294,12 @@ class TrajectoryTPGMM:
         lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
         quiet = lengths[-self.rest_count :] < self.rest_speed * self._mean_step
         resting = len(lengths) >= max(self._rest_from, self.rest_count) and bool(quiet.all())
-        ended: Ending = "rest" if resting else "time"
-        if left:
-            ended = "left"
-        if not resting and len(path) < self.max_samples and not (left and self.stop_outside):
+        early = not resting and len(path) < self.max_samples
+        ended: Ending
+        if early and not (left and self.stop_outside):
             ended = "end"
+        else:
+            ended = "left" if left else "rest" if resting else "time"
         assert self.dt is not None
         return Motion(path, self.dt, ended, deviations)
 

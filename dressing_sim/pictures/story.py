@@ -75,6 +75,5 @@ class Story:
         known = [f.reason for f in self.outcome.failures if f.time is not None and f.time <= time]
         if time < end - 0.5:
             return known[0] if known else ""
-        if self.outcome.success:
-            return "success"
-        return self.outcome.invalid or "failure: " + ", ".join(self.outcome.reasons)
+        failed = bool(self.outcome.failures) and self.outcome.invalid is None
+        return f"failure: {self.outcome.verdict}" if failed else self.outcome.verdict

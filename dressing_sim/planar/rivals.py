@@ -73,7 +73,7 @@ def compare(
     if not all(data.validation for data in sets):
         raise InvalidInputError("a comparison needs demonstrations to validate on")
     compared, refused = [], {}
-    for name, learn in _learners(config).items():
+    for name, learn in learners(config).items():
         if on_method is not None:
             on_method(name)
         try:
@@ -83,7 +83,7 @@ def compare(
     return tuple(compared), refused
 
 
-def _learners(config: StudyConfig) -> dict[str, Callable[[PlanarData], Answer]]:
+def learners(config: StudyConfig) -> dict[str, Callable[[PlanarData], Answer]]:
     ours: dict[str, Callable[[PlanarData], Answer]] = {
         INITIAL: lambda data: _answer(initial_policy(config).fit(data.training))
     }

@@ -170,12 +170,10 @@ class Unfit:
         raise PolicyError(self._why)
 
 
-def _described(name: str, limits: PolicyLimits) -> Mapping[str, Any]:
+def _described(name: str, limits: PolicyLimits, log: File | None = None) -> Mapping[str, Any]:
     """What a policy of other people says of itself before it learns."""
     # Its module is imported meanwhile, which is no learning.
-    found: Mapping[str, Any] = _host(limits, None).ask(
-        max(START, limits.fit_time), "describe", name
-    )
+    found: Mapping[str, Any] = _host(limits, log).ask(max(START, limits.fit_time), "describe", name)
     return found
 
 
@@ -202,7 +200,7 @@ def hosted_policy(
         policy = make_policy(name, seed)
         return (GuardedActor if callable(getattr(policy, "act", None)) else Guarded)(name, policy)
     chosen = limits or PolicyLimits()
-    found = _described(name, chosen)
+    found = _described(name, chosen, log)
     kind = HostedActor if found["acts"] else Hosted
     return kind(name, seed, found["inputs"], found["stream"], chosen, log)
 

@@ -218,4 +218,4 @@ def left_open() -> str:
 
 def any_of_the_paper(names: Iterable[str]) -> bool:
     """Whether a name, perhaps with hyper-parameters after it, is of a policy of the paper."""
-    return any(split_name(name)[0] in {*POLICIES, "default"} for name in names)
+    return any(split_name(name)[0] in POLICIES for name in names)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dressing_sim.policies import paper, transported
+from dressing_sim.policies import paper
 from dressing_sim.policies.hyperparameters import TUNED, changed
 
 #: What was chosen, as after a policy's ``?``, by the policy's name.
@@ -29,11 +29,6 @@ CHOSEN: Mapping[str, str] = {
     "&translation_margin=0.363&situations=frames&snr_db=16.2",
 }
 
-_UNTUNED: Mapping[str, paper.TPGMMConfig | transported.TransportConfig] = {
-    **paper.POLICIES,
-    **transported.POLICIES,
-}
-
-POLICIES: Mapping[str, paper.TPGMMConfig | transported.TransportConfig] = {
-    f"{name}{TUNED}": changed(_UNTUNED[name], text) for name, text in CHOSEN.items()
+POLICIES: Mapping[str, paper.TPGMMConfig] = {
+    f"{name}{TUNED}": changed(paper.POLICIES[name], text) for name, text in CHOSEN.items()
 }

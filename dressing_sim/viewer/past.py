@@ -12,6 +12,7 @@ from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.rules import RULES
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.viewer.live import Live
+from dressing_sim.world.robot import PANDA
 
 #: Colours of an arm that is dressed, and of an episode that says nothing.
 DRESSED, INVALID = "#009e73", "#b0b0b0"
@@ -43,7 +44,7 @@ def verdict_of(outcome: Outcome) -> str:
         return "dressed"
     failure = first_failure(outcome)
     if outcome.invalid is not None or failure is None:
-        return f"invalid ({outcome.invalid})"
+        return outcome.verdict
     return title_of(failure)
 
 
@@ -67,6 +68,12 @@ class Past:
             raise InvalidInputError(
                 f"{folder}: a run of the study {plan.protocol.study!r} with "
                 f"{len(self._run.finished)} episodes; valid is what 'dressing-sim evaluate' left"
+            )
+        robot = plan.config.world.robot
+        if robot != PANDA:
+            raise InvalidInputError(
+                f"{folder}: {robot.name} dressed; valid is a run of the {PANDA.name}, which the "
+                "page draws"
             )
         self._results = {r.index: r for r in (parse_episode(plan, v) for v in self._run.lines)}
         labels = dict.fromkeys(result.entry.label for result in self._results.values())

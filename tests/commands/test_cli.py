@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from dressing_sim.cli import main
+from dressing_sim.commands.options import print_outcome
 from dressing_sim.episode import dressing as episode
 from dressing_sim.episode import record as record_module
 from dressing_sim.episode.demonstration import load_demonstrations, save_demonstrations
@@ -283,3 +284,20 @@ def test_dress_takes_every_name_of_evaluate_and_lets_it_learn(
     assert outcomes[0] == outcomes[1]
     main(["dress", "--posture", posture.name, "--policy", "expert?speed=0.12", "--json"])
     assert json.loads(capsys.readouterr().out)["figures"] != outcomes[0]["figures"]
+
+
+def test_an_episode_that_was_not_tried_says_why(capsys):
+    print_outcome("an arm", Outcome(False, abstained="too bent"))
+    assert capsys.readouterr().out == "an arm: abstained\n  too bent\n"
+    print_outcome("an arm", Outcome(False, invalid="the cloth broke"))
+    assert capsys.readouterr().out == "an arm: void: the cloth broke\n"
+
+
+def test_the_numbers_that_matter_stand_next_to_a_verdict_and_the_others_are_counted(capsys):
+    metrics = {"armscye_s": 1.97, "torque": 12.0, "upper_arm_force": 3.0, "own_metric": 5.0}
+    print_outcome("an arm", Outcome(False, (Failure("stuck", "caught", 3.0),), metrics))
+    verdict, reason, s, own, more = capsys.readouterr().out.splitlines()
+    assert (verdict, reason) == ("an arm: failure", "  stuck at 3.00 s: caught")
+    assert s.split() == ["armscye_s", "1.970"]
+    assert own.split() == ["own_metric", "5.000"]
+    assert more == "  2 more metrics with --json"

@@ -300,7 +300,13 @@ def test_a_synthetic_motion_starts_where_the_demonstrations_say():
 
 def test_the_least_settings_that_make_sense_are_allowed():
     TrajectoryTPGMM(samples=3, rest_count=1, step_limit=1, rest_speed=0, end_radius=0)
-    for arguments in ({"samples": 2}, {"rest_count": 0}, {"step_limit": 0.99}):
+    for arguments in (
+        {"samples": 2},
+        {"samples": 60.5},
+        {"rest_count": 0},
+        {"rest_count": 5.5},
+        {"step_limit": 0.99},
+    ):
         with pytest.raises(InvalidInputError):
             TrajectoryTPGMM(**arguments)
 

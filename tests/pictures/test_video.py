@@ -149,4 +149,5 @@ def test_what_is_known_of_the_verdict_is_told_when_it_is_known():
     story = Story("t", Outcome(False, (Failure("strain", "too much", 3.0),)))
     assert [story.verdict(t, 8.0) for t in (1.0, 3.0, 7.9)] == ["", "strain", "failure: strain"]
     assert Story("t", Outcome(True)).verdict(8.0, 8.0) == "success"
-    assert Story("t", Outcome(False, invalid="broke")).verdict(8.0, 8.0) == "broke"
+    assert Story("t", Outcome(False, invalid="broke")).verdict(8.0, 8.0) == "void: broke"
+    assert Story("t", Outcome(False, abstained="unsure")).verdict(8.0, 8.0) == "abstained"

@@ -9,7 +9,7 @@ from fake_benchmark import Threads, steady_demonstrate
 
 from dressing_sim.arm import Posture
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
-from dressing_sim.benchmark.analysis.failures import hardest, verdict
+from dressing_sim.benchmark.analysis.failures import hardest
 from dressing_sim.benchmark.records import Entry, Protocol
 from dressing_sim.benchmark.report.markdown import markdown
 from dressing_sim.benchmark.run import runner
@@ -230,5 +230,5 @@ def test_abstaining_stands_in_the_row_with_its_denominator(tmp_path, monkeypatch
     assert hardest(table) == []
     told = next(r for r in done.results if r.outcome.abstained is not None)
     assert "estimated probability of success is 0." in told.outcome.abstained
-    assert verdict(told.outcome) == "abstained"
+    assert told.outcome.verdict == "abstained"
     assert f"{left}; of {6 - left} attempted 100 %" in markdown(done.document)

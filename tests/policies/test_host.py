@@ -9,6 +9,7 @@ import pytest
 
 from dressing_sim.errors import InvalidInputError, PolicyError
 from dressing_sim.path import policy_path
+from dressing_sim.policies import hosted
 from dressing_sim.policies.host import Host, PolicyLimits
 from dressing_sim.policies.hosted import hosted_policy
 
@@ -147,3 +148,15 @@ def test_the_process_is_used_again_while_it_lives_and_replaced_when_it_has_died(
         assert host._process.pid != first
     finally:
         host.close()
+
+
+def test_a_policy_has_one_process_however_often_it_learns(demonstration, tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(hosted, "Host", lambda *given: made.append(given) or Host(*given))
+    hosted._host.cache_clear()
+    try:
+        for seed in range(3):
+            hosted_policy("broken:Fine", seed, PATIENT, tmp_path / "log").fit([demonstration])
+    finally:
+        hosted._host.cache_clear()
+    assert len(made) == 1

@@ -31,7 +31,7 @@ def test_all_had_the_same_budget():
 @pytest.mark.parametrize("name", tuned.CHOSEN)
 def test_a_tuned_policy_has_what_was_chosen_and_can_be_changed_further(name):
     config = tuned.POLICIES[f"{name}{TUNED}"]
-    assert config == changed(tuned._UNTUNED[name], tuned.CHOSEN[name])
+    assert config == changed(paper.POLICIES[name], tuned.CHOSEN[name])
     assert set(dict(part.split("=") for part in tuned.CHOSEN[name].split("&"))) <= set(SPACES[name])
     make_policy(f"{name}{TUNED}")
     make_policy(f"{name}{TUNED}?end_radius=0.3" if name in paper.POLICIES else f"{name}{TUNED}")

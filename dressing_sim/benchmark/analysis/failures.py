@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
-from dressing_sim.benchmark.records import EpisodeResult, Outcome, first_failure, in_order
+from dressing_sim.benchmark.records import EpisodeResult, first_failure, in_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +71,3 @@ def _from_the_median(group: list[EpisodeResult], metric: str) -> list[EpisodeRes
     middle = (len(ranked) - 1) // 2
     order = sorted(range(len(ranked)), key=lambda rank: (abs(rank - middle), rank))
     return [ranked[rank] for rank in order]
-
-
-def verdict(outcome: Outcome) -> str:
-    """A verdict in words: success, all that went wrong, abstained, or why it is void."""
-    if outcome.invalid is not None:
-        return f"void: {outcome.invalid}"
-    if outcome.abstained is not None:
-        return "abstained"
-    return "success" if outcome.success else ", ".join(outcome.reasons)

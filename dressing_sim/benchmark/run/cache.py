@@ -62,7 +62,7 @@ def cached_demonstration(depends_on: Any, make: Callable[[], Demonstration]) -> 
         made = make()
     try:
         save_demonstrations(file, [made])
-        _forget(folder)
+        _forget(folder, file)
     except (InvalidInputError, OSError):
         _warn(folder)
     return made
@@ -73,10 +73,17 @@ def _code() -> str | None:
     return source_hash(dressing_sim.errors.DressingSimError)
 
 
-def _forget(folder: Path) -> None:
-    """Remove files beyond `MOST`; which of them is chance, as their names are hashes."""
-    for file in sorted(folder.glob("*.h5"))[MOST:]:
-        file.unlink(missing_ok=True)
+def _forget(folder: Path, kept: Path) -> None:
+    """Remove files beyond `MOST`, but not the one that has just been written.
+
+    Which of the others go is chance, drawn anew with each file: those of code that is no more used
+    do not stay for ever.
+    """
+    others = [file for file in folder.glob("*.h5") if file != kept]
+    if len(others) >= MOST:
+        drawn = {f: hashlib.sha256(f"{kept.stem}{f.stem}".encode()).digest() for f in others}
+        for file in sorted(others, key=drawn.__getitem__)[MOST - 1 :]:
+            file.unlink(missing_ok=True)
 
 
 @cache

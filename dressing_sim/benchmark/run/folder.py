@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from dressing_sim.archives import read_json, unreadable
+from dressing_sim.benchmark.run.agreement import differences
 from dressing_sim.benchmark.run.plan import Plan
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.files import (
@@ -123,9 +124,12 @@ def _check_replaceable(
         raise InvalidInputError(
             f"{path} holds an unfinished run; continue it with --resume, or choose another --out"
         )
-    if any(earlier.get(key) != value for key, value in wanted.items()):
+    others = differences({key: earlier.get(key) for key in wanted}, wanted, "there", "now")
+    if others:
+        more = ", and more" if len(others) > 1 else ""
         raise InvalidInputError(
-            f"{path} holds a finished run with another config; choose another --out, or use --force"
+            f"{path} holds a finished run with another config ({others[0]}{more}); choose another "
+            "--out, or use --force"
         )
 
 

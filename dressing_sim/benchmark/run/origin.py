@@ -49,8 +49,8 @@ class Origin:
     def of(cls, config: Mapping[str, Any]) -> Self:
         """From the config of a run."""
         found = [config.get(key, {}) for key in (_KEY, "versions")]
-        for value in found:
-            of_kind(value, Mapping, "config of a run: provenance", "an object")
+        for name, value in zip((_KEY, "versions"), found, strict=True):
+            of_kind(value, Mapping, f"config of a run: {name}", "an object")
         made = cls(*found)
         for key, needed in ((_LATER, ("numerics",)), (_LATER_CODE, ("versions", "sources"))):
             steps = listed(made.provenance.get(key, ()), f"config of a run: {key}", "a list")
@@ -83,7 +83,7 @@ class Origin:
 
         It is empty too where other versions explain a difference, or nothing is recorded.
         """
-        if dict(self.versions) != versions():
+        if dict(self.latest.versions) != versions():
             return ""
         return next(filter(None, (unlike(n, now, "recorded", "now") for n in self.numerics)), "")
 

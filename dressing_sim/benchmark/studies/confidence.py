@@ -201,18 +201,23 @@ class Confidence(Study[Looking, Looking]):
         """What each row's judge is worth on the tested run.
 
         Returns:
-            ``{"rows": [...], "versions", "config"}``. A row has its entry's values, ``n_training``,
-            ``pc_training``, ``n_episodes``, ``n_success``, ``pc_success``, ``pc_success_ci95``,
-            ``n_unanswered``, ``brier`` with its ``miscalibration``, ``discrimination`` and
-            ``uncertainty``, ``gain`` over telling the success rate in training and ``gain_ci95``,
-            ``bins`` and ``coverage`` as from `Forecasts`, ``surest`` (the best shares of `SHARES`)
-            and ``judge``, as `Judge.to_dict`. Episodes without an answer are left out but counted.
+            ``{"rows": [...], "left_out", "versions", "config"}``. A row has its entry's values,
+            ``n_training``, ``pc_training``, ``n_episodes``, ``n_success``, ``pc_success``,
+            ``pc_success_ci95``, ``n_unanswered``, ``brier`` with its ``miscalibration``,
+            ``discrimination`` and ``uncertainty``, ``gain`` over telling the success rate in
+            training and ``gain_ci95``, ``bins`` and ``coverage`` as from `Forecasts`, ``surest``
+            (the best shares of `SHARES`) and ``judge``, as `Judge.to_dict`. Episodes without an
+            answer are left out but counted.
+            Rows without enough paths, such as of policies in closed loop, stand in ``left_out``.
+
+        Raises:
+            InvalidInputError: No row has enough paths.
         """
         plan = folder.plan
         suites = plan.options["suites"]
         assert isinstance(suites, dict)
         source = f"{suites['training']}, seed {plan.seed}"
-        rows = []
+        rows, left_out = [], []
         for entry in plan.protocol.entries:
             training, tested = (
                 [
@@ -223,8 +228,18 @@ class Confidence(Study[Looking, Looking]):
                 ]
                 for part in PARTS
             )
-            rows.append({**entry.to_dict(), **row_of(entry, training, tested, source)})
-        return {"rows": rows, "versions": versions(), "config": dict(plan.options)}
+            try:
+                rows.append({**entry.to_dict(), **row_of(entry, training, tested, source)})
+            except InvalidInputError as error:
+                left_out.append(str(error))
+        if not rows:
+            raise InvalidInputError(left_out[0])
+        return {
+            "rows": rows,
+            "left_out": left_out,
+            "versions": versions(),
+            "config": dict(plan.options),
+        }
 
     def document(
         self, folder: RunFolder, results: Sequence[Looking], summary: Summary, command: str

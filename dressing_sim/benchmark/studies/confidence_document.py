@@ -57,6 +57,7 @@ def confidence_document(summary: Mapping[str, Any], command: str) -> Document:
     lead: list[Block] = [Table(table_of(_COLUMNS, rows)), Paragraph(told)]
     if missing:
         lead.append(Paragraph(f"{missing} episodes without a path are left out."))
+    lead += [Paragraph(f"Left out: {why}.") for why in summary["left_out"]]
     return Document(
         "Whether policies know when they will fail",
         command,

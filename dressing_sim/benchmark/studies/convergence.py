@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dressing_sim.benchmark.analysis.failures import verdict
 from dressing_sim.benchmark.records import Protocol
 from dressing_sim.benchmark.report.document import Document
 from dressing_sim.benchmark.run.executors import Workers
@@ -268,8 +267,8 @@ def _difference(own: Trial, finest: Trial) -> dict[str, Any]:
         "setting": own.setting,
         "path": own.path,
         "posture": own.posture,
-        "verdict": verdict(own.outcome),
-        "finest": verdict(finest.outcome),
+        "verdict": own.outcome.verdict,
+        "finest": finest.outcome.verdict,
         "margins": margins,
         "finest_margins": finest_margins,
     }

@@ -117,7 +117,7 @@ class Cost(Study[CostRun, CostRun]):
         for entry in plan.protocol.entries:
             runs = [run for run in results if run.entry == entry]
             given = len(plan.demonstrated[_suite(entry)])
-            most = self.config.options.max_demonstrations - given
+            most = max(0, self.config.options.max_demonstrations - given)
             rows.append(
                 {
                     "policy": entry.policy,

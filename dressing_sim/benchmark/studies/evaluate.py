@@ -270,15 +270,17 @@ def suites_in(demonstrations: str | Path | None) -> list[str]:
     Raises:
         InvalidInputError: It is neither.
     """
-    if not isinstance(demonstrations, str) or os.path.exists(demonstrations):
+    if not isinstance(demonstrations, str):
         return []
     names = demonstrations.split(",")
-    if not all(re.split("[:?]", name)[0] in suite_names() for name in names):
+    if all(re.split("[:?]", name)[0] in suite_names() for name in names):
+        return names
+    if not os.path.exists(demonstrations):
         raise InvalidInputError(
             f"{shown(demonstrations)}: no such file and no suite; valid is an HDF5 file of "
             f"demonstrations, or of {', '.join(suite_names())}"
         )
-    return names
+    return []
 
 
 def evaluation_study(plan: Plan, pictures: bool, films: int = 0) -> Study[Any, Any]:

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from dressing_sim.benchmark.analysis.comparisons import label_of
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable, Rate
-from dressing_sim.benchmark.analysis.failures import HardPosture, verdict
+from dressing_sim.benchmark.analysis.failures import HardPosture
 from dressing_sim.benchmark.analysis.hypotheses import PAPER_TABLE
 from dressing_sim.benchmark.records import Entry, EpisodeResult, in_order
 from dressing_sim.benchmark.report.document import Cells, Column, percent, tabulate
@@ -85,7 +85,7 @@ _EPISODES: list[Column[EpisodeResult]] = [
     *_named(_entry),
     ("posture", lambda result: result.posture.name),
     ("elbow", lambda result: _elbow(result)),
-    ("outcome", lambda result: verdict(result.outcome)),
+    ("outcome", lambda result: result.outcome.verdict),
     ("armscye s", lambda result: _metric(result, "armscye_s")),
     ("strain", lambda result: _metric(result, "strain")),
     ("pull", lambda result: _metric(result, "grip_force")),

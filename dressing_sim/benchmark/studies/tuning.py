@@ -41,6 +41,7 @@ from dressing_sim.benchmark.studies.study import Calls, Study, Summary, run_stud
 from dressing_sim.benchmark.studies.tuning_paths import PathMetrics, tried
 from dressing_sim.policies.paper import POLICIES
 from dressing_sim.provenance import versions
+from dressing_sim.seeds import derived_seed
 from dressing_sim.system import processors
 
 #: Which policies on which demonstrations: the paper's rows.
@@ -91,9 +92,13 @@ class Screening:
     paths: tuple[PathMetrics, ...] = ()
 
 
-def screen(job: Screening, demonstrated: Sequence[Posture], tested: Sequence[Posture]) -> Screening:
+def screen(
+    job: Screening, demonstrated: Sequence[Posture], tested: Sequence[Posture], seed: int = 0
+) -> Screening:
     """Let a policy learn from the operator, and compare its paths with the operator's."""
-    found = tried(job.entry.policy, demonstrated, tested, job.demonstration_set)
+    number = job.demonstration_set
+    drawn = derived_seed(f"{seed}/screening/{number}") if seed else number
+    found = tried(job.entry.policy, demonstrated, tested, drawn)
     return replace(job, paths=tuple(metrics for *_, metrics in found))
 
 
@@ -124,7 +129,10 @@ class Tuning(Study[Screening, Screening]):
     ) -> Calls[Screening, Screening]:
         """Each job is a policy that learns and draws all its paths."""
         shown, tested = folder.plan.demonstrated, folder.plan.tested
-        return screen, ((job, (job, shown[job.entry.demonstrations or ""], tested)) for job in jobs)
+        return screen, (
+            (job, (job, shown[job.entry.demonstrations or ""], tested, folder.plan.seed))
+            for job in jobs
+        )
 
     def summarise(self, folder: RunFolder, results: Sequence[Screening]) -> dict[str, Any]:
         """Shares and means by row.

@@ -1,7 +1,7 @@
 from fake_results import EXPERT, FULL, HIT, SMALL, STUCK, SUCCESS, VOID, random_results, results_of
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
-from dressing_sim.benchmark.analysis.failures import hardest, typical, verdict
+from dressing_sim.benchmark.analysis.failures import hardest, typical
 from dressing_sim.benchmark.records import first_failure
 from dressing_sim.episode.outcome import Failure, Outcome
 
@@ -22,10 +22,12 @@ def test_first_reasons_come_in_the_order_of_all_reasons_and_leave_void_episodes_
 
 
 def test_a_verdict_reads_as_people_say_it():
-    assert [verdict(outcome) for outcome in (SUCCESS, STUCK, VOID)] == [
+    abstained = Outcome(False, abstained="too bent")
+    assert [outcome.verdict for outcome in (SUCCESS, STUCK, VOID, abstained)] == [
         "success",
         "stuck, over_strain",
         f"void: {VOID.invalid}",
+        "abstained",
     ]
 
 

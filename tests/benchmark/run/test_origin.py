@@ -145,3 +145,12 @@ class Still:
     def generate(self, frames, start):
         return [start, start]
 """
+
+
+def test_other_numerics_are_named_after_other_code_was_accepted_too(folder):
+    values = settings(folder)
+    now = dict(values["versions"])
+    values["versions"] = {**now, "mujoco": "3.9.9"}
+    values["provenance"]["later_code"] = [{"versions": now, "sources": {}}]
+    (folder / CONFIG).write_text(json.dumps(values))
+    assert "SkylakeX" in load_run(folder).origin.other_numerics(OTHER)

@@ -208,7 +208,10 @@ def test_a_finished_run_is_replaced_and_other_files_are_left(plan, results, fold
         file.write_text("something")
     finish(folder)
     other = replace(plan, seed=5)
-    with pytest.raises(InvalidInputError, match="another config"), open_run(folder, other):
+    with (
+        pytest.raises(InvalidInputError, match=r"another config \(seed: 4 there, 5 now\)"),
+        open_run(folder, other),
+    ):
         pass
     assert own.exists()
     with open_run(folder, other if forced else plan, force=forced) as run:

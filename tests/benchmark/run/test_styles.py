@@ -98,8 +98,12 @@ def test_the_cache_tells_styles_apart(posture, tmp_path, monkeypatch):
     assert len(list(tmp_path.rglob("*.h5"))) == 2
 
 
-def test_the_command_line_takes_styles():
+def test_the_command_line_takes_styles(tmp_path, monkeypatch):
     assert suites_in(f"{QUICK},baseline7:3") == [QUICK, "baseline7:3"]
+    # A suite is meant by its name whatever lies in the folder where it is typed.
+    (tmp_path / "case_a").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert suites_in("case_a") == ["case_a"]
     with pytest.raises(InvalidInputError, match="no such file and no suite"):
         suites_in("case_z?speed=0.2")
 

@@ -2,7 +2,8 @@
 
 import json
 import shutil
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -161,6 +162,19 @@ def test_a_policy_without_an_answer_is_counted_and_left_out(runs, tmp_path, monk
     monkeypatch.setattr("dressing_sim.benchmark.studies.confidence.policy_path", unanswered)
     with pytest.raises(InvalidInputError, match="transport on case_a: has 0 training and 0 tested"):
         run_study(Confidence(), confidence_plan(*runs), Threads(1), tmp_path / "none")
+
+
+def test_a_row_without_paths_leaves_the_others(done, runs):
+    finished, _ = done
+    plan = confidence_plan(*runs)
+    entries = (*plan.protocol.entries, Entry("transport-replan", "case_a"))
+    plan = replace(plan, protocol=replace(plan.protocol, entries=entries))
+    told = Confidence().summarise(SimpleNamespace(plan=plan), finished.results)
+    assert told["rows"] == finished.summary["rows"]
+    assert len(told["left_out"]) == 1
+    assert "transport-replan on case_a: has 0 training" in told["left_out"][0]
+    text = markdown(Confidence().document(None, finished.results, told, "c"))
+    assert "Left out: row transport-replan on case_a" in text
 
 
 def test_runs_that_do_not_fit_are_errors(runs, tmp_path):

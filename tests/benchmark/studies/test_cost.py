@@ -207,3 +207,13 @@ def test_a_step_that_no_run_reached_has_no_number_in_the_table(summary):
     last = cost_table({**summary, "rows": [row]})[-1]
     assert last[3:6] == ["0 / 1", "-", "-"]
     assert last[6].startswith("4.0000")
+
+
+def test_more_demonstrations_than_are_kept_have_one_step(tmp_path):
+    entries = (Entry("tp-gmm-rf", "train200:8"),)
+    with Threads(1) as workers:
+        found = run_cost(tmp_path / "run", workers, runs=1, entries=entries)
+    (row,) = found["rows"]
+    assert row["n_demonstrations"] == 8
+    assert len(row["steps"]) == 1
+    assert (tmp_path / "run" / "report.md").exists()

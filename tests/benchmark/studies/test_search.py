@@ -29,7 +29,7 @@ from dressing_sim.episode.outcome import Failure, Outcome
 from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import InvalidInputError
 from dressing_sim.policies import rivals
-from dressing_sim.policies.registry import make_policy
+from dressing_sim.policies.registry import DEFAULT, make_policy
 from dressing_sim.policies.search_spaces import SPACES, Choice, Span, named, space_of
 from dressing_sim.suites.suites import load_suite
 
@@ -293,6 +293,15 @@ def test_a_score_rises_with_success_and_with_the_smallest_margin():
     assert 0.0 <= scores[-1] < scores[0] <= 1.0
     # Nothing measured is as bad as can be.
     assert score(episode(Outcome(False, (Failure("policy_error", "raised"),)))) == 0.0
+
+
+def test_the_default_is_searched_by_that_name_too(monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        "dressing_sim.commands.studies.carry_out", lambda plan, *_, **options: seen.append(plan)
+    )
+    main(["tune", "default"])
+    assert Search.of(seen[0]).policy == DEFAULT
 
 
 def test_of_equals_those_tried_first_go_on():

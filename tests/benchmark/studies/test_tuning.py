@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -111,6 +112,22 @@ def test_every_posture_is_asked_for_with_every_set():
     second = screen(replace(job, demonstration_set=1), CASE_A, POSTURES[:2])
     assert len(first.paths) == len(second.paths) == 2
     assert first.paths[0] != second.paths[0]
+
+
+def test_another_seed_of_the_plan_demonstrates_otherwise():
+    job = Screening(0, Entry("tp-gmm", "case_a"), 0)
+    first, same, other = (screen(job, CASE_A, POSTURES[:1], seed) for seed in (0, 0, 5))
+    assert first == same != other
+    called = {
+        seed: [
+            arguments
+            for _, arguments in Tuning().calls(
+                SimpleNamespace(plan=tuning_plan("paper5", 1, ("",), seed)), [job], None, None
+            )[1]
+        ]
+        for seed in (0, 5)
+    }
+    assert [calls[0][-1] for calls in called.values()] == [0, 5]
 
 
 def test_every_row_is_screened_under_every_change():
