@@ -62,17 +62,14 @@ class Failure:
 
 def excesses(metrics: PathMetrics) -> dict[str, float]:
     """By what a path fails, in words, with how far it is beyond the criterion; above 1 it fails."""
-    lag = metrics.outside_expert - metrics.outside
-    close, near = metrics.clearance, tuning_paths.CLEARANCE
-    touches = "runs into the arm" if close < 0.0 else f"{1e3 * close:.0f} mm from the arm"
-    return {
-        f"ends {1e2 * metrics.end_gap:.0f} cm off": metrics.end_gap / tuning_paths.ENDS_WITHIN,
-        touches: 1.0 + (near - close) / near,
-        f"strays {1e2 * metrics.largest_gap:.0f} cm": (
-            metrics.largest_gap / tuning_paths.FOLLOWS_WITHIN
-        ),
-        f"cuts the bend by {1e2 * lag:.0f} cm": lag / tuning_paths.LAGS_WITHIN,
-    }
+    close = metrics.clearance
+    words = (
+        f"ends {1e2 * metrics.end_gap:.0f} cm off",
+        "runs into the arm" if close < 0.0 else f"{1e3 * close:.0f} mm from the arm",
+        f"strays {1e2 * metrics.largest_gap:.0f} cm",
+        f"cuts the bend by {1e2 * metrics.lag:.0f} cm",
+    )
+    return {word: 1.0 - left for word, left in zip(words, metrics.margins, strict=True)}
 
 
 def failure(

@@ -48,28 +48,31 @@ class PathMetrics:
         return self.end_gap < ENDS_WITHIN
 
     @property
-    def dresses(self) -> bool:
-        """Whether it ends there, keeps clear of the arm and goes round it as the operator does."""
-        return (
-            self.ends
-            and self.clearance > CLEARANCE
-            and self.largest_gap < FOLLOWS_WITHIN
-            and self.outside_expert - self.outside < LAGS_WITHIN
-        )
+    def lag(self) -> float:
+        """How much less far outside the elbow than the operator's path [m]."""
+        return self.outside_expert - self.outside
 
     @property
-    def score(self) -> float:
-        """How good it is, 0 to 1: half for that it dresses, half for its smallest margin.
-
-        Margins are shares of the limits, from -1 to 1.
-        """
-        margin = min(
+    def margins(self) -> tuple[float, float, float, float]:
+        """What is left of each limit, as a share of it, below zero beyond it: of the end, of the
+        distance from the arm, of that from the operator's path, and of the lag."""
+        return (
             1.0 - self.end_gap / ENDS_WITHIN,
             self.clearance / CLEARANCE - 1.0,
             1.0 - self.largest_gap / FOLLOWS_WITHIN,
-            1.0 - (self.outside_expert - self.outside) / LAGS_WITHIN,
+            1.0 - self.lag / LAGS_WITHIN,
         )
-        return 0.5 * self.dresses + 0.25 * (1.0 + float(np.clip(margin, -1.0, 1.0)))
+
+    @property
+    def dresses(self) -> bool:
+        """Whether it ends there, keeps clear of the arm and goes round it as the operator does."""
+        return min(self.margins) > 0.0
+
+    @property
+    def score(self) -> float:
+        """How good it is, 0 to 1: half for that it dresses, half for its smallest margin."""
+        margin = float(np.clip(min(self.margins), -1.0, 1.0))
+        return 0.5 * self.dresses + 0.25 * (1.0 + margin)
 
 
 def path_metrics(path: Vector, expert: Vector, posture: Posture) -> PathMetrics:

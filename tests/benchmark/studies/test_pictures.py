@@ -4,12 +4,18 @@ from types import SimpleNamespace
 import imageio.v3 as imageio
 import numpy as np
 import pytest
+from fake_benchmark import Threads, write_suite
 from fake_results import HIT, SMALL, STUCK, UNREACHABLE, results_of
 
+from dressing_sim.benchmark.records import Entry, Protocol
+from dressing_sim.benchmark.run.plan import make_plan
+from dressing_sim.benchmark.run.store import load_run, open_run
 from dressing_sim.benchmark.studies import pictures
 from dressing_sim.benchmark.studies.pictures import failure_picture, failure_pictures
+from dressing_sim.benchmark.studies.study import run_jobs
 from dressing_sim.benchmark.studies.success import Success
 from dressing_sim.episode.config import EpisodeConfig
+from dressing_sim.episode.thresholds import Thresholds
 from dressing_sim.errors import DressingSimError
 
 DT = EpisodeConfig().tracking.dt
@@ -121,3 +127,20 @@ def test_a_failed_episode_of_each_of_the_hardest_postures_is_drawn():
     results = results_of(SMALL, [[HIT, HIT], [STUCK, HIT], [HIT, HIT]])
     drawn = failure_pictures(STUDY, dict(enumerate(results)), results)
     assert list(drawn.png) == [2, 3]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_failed_episode_of_a_run_is_drawn_as_it_was(tmp_path):
+    suite = write_suite(tmp_path / "suite.json", 1)
+    # The least pull is too much, so that the robot stops as soon as it moves.
+    config = EpisodeConfig(thresholds=Thresholds(grip_force=0.2))
+    plan = make_plan(Protocol("tiny", suite, (Entry("expert"),)), 0, config)
+    with Threads(1) as workers, open_run(tmp_path / "run", plan) as run:
+        (result,) = run_jobs(STUDY, run, workers)
+    assert "over_force" in result.outcome.reasons
+    png = failure_picture(STUDY, load_run(tmp_path / "run"), result)
+    picture = imageio.imread(BytesIO(png))
+    assert picture.shape == (360, 480, 3)
+    # A lit scene, neither black nor of one colour.
+    assert 30.0 < picture.mean() < 225.0
+    assert picture.std() > 20.0
