@@ -155,7 +155,7 @@ def test_a_finished_run_is_replaced_and_can_be_resumed(tmp_path, arguments, suit
     assert len(tries(tmp_path, 0)) == 1
     code, _, errors = play(tmp_path, arguments, out, "--seed", "3")
     assert (code, files(out)) == (2, before)
-    assert "holds a finished run with another config (seed: 0 there, 3 now); choose" in errors
+    assert "holds a finished run with another config (seed: 2 there, 3 now); choose" in errors
     assert play(tmp_path, arguments, out)[0] == 0
     assert play(tmp_path, arguments, out, "--seed", "3", "--force")[0] == 0
     assert load_run(out).plan.seed == 3

@@ -67,7 +67,10 @@ LONG = "x" * 5000
         (["dress", "--posture", LONG], "unknown posture 'xxx"),
         (["dress", "--posture", "a\x1b[2J\nb"], "unknown posture 'a\\x1b[2J\\nb'"),
         (["dress", "--posture", "nan,20,30,40"], "flexion_deg is nan"),
-        (["dress", "--posture", "bent10", "--policy", ""], "unknown policy ''"),
+        (
+            ["dress", "--posture", "bent10", "--policy", ""],
+            "policy '': no such file, and no policy's",
+        ),
         (["dress", "--posture", "bent10", "--policy", LONG], "no such file"),
         (["dress", "--posture", "bent10", "--policy", "a\x1b\nb"], "'a\\x1b\\nb'"),
         (["evaluate", "--suite", ""], "unknown suite ''"),

@@ -158,7 +158,7 @@ def test_an_installed_policy_has_a_name(monkeypatch):
         ("tp-gmm?end_radius=nan", ">= 0"),
         ("tp-gmm?position_floor=-1", ">= 0"),
         ("tp-gmm?samples=1.5", "a whole number"),
-        ("tp-gmm?samples=1", "samples >= 3"),
+        ("tp-gmm?samples=1", "samples is 1, valid is a whole number, 3 to"),
         ("tp-gmm?n_components=0", "n_components >= 1"),
         ("tp-gmm-rf?shrinkage=1", "true or false"),
         ("tp-gmm-rf?situations=mars", "frames, arms"),
@@ -224,13 +224,15 @@ def test_summaries_hold_the_hyper_parameters_in_the_order_they_always_had():
     ]
 
 
-@pytest.mark.parametrize("name", [*POLICIES, "default", "tp-gmm?end_radius=0"])
+@pytest.mark.parametrize("name", [*POLICIES, "tp-gmm?end_radius=0"])
 def test_the_paper_s_policies_are_known_by_their_names(name):
     assert any_of_the_paper([EXPERT, name])
 
 
 def test_other_policies_are_not_taken_for_the_paper_s():
-    assert not any_of_the_paper([EXPERT, "third_party:Still", "tp-gmm-mine", ""])
+    assert not any_of_the_paper(
+        [EXPERT, "default", DEFAULT, "third_party:Still", "tp-gmm-mine", ""]
+    )
 
 
 def test_augmented_policies_differ_by_method_and_seed_and_can_be_sent_to_a_process():
