@@ -42,7 +42,6 @@ _STARTED = 10
 #: How long nothing is done, to see what that takes [s].
 _WAITED = 10.0
 
-
 #: Where workers leave how long each of their episodes took them.
 _TIMES = "DRESSING_SIM_BENCHMARK_TIMES"
 

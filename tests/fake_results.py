@@ -1,5 +1,7 @@
 """Made-up episodes of whole protocols, harder the more the elbow is bent."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from dressing_sim.arm import Posture
@@ -47,6 +49,25 @@ ROBUST = Protocol(
 
 def arm(name, elbow_deg=40.0):
     return Posture(name, 70.0, 20.0, 30.0, elbow_deg)
+
+
+def outcome_of(success):
+    """The outcome of an episode that succeeded, did not, or is void (None)."""
+    return Outcome(False, invalid="burst") if success is None else Outcome(bool(success))
+
+
+def row_of_episodes(entry, outcomes, sets):
+    """Episodes of one row, posture i with demonstration set ``i mod sets``."""
+    return [
+        SimpleNamespace(
+            index=i,
+            entry=entry,
+            posture=SimpleNamespace(name=f"arm{i}", elbow_deg=0.0),
+            demonstration_set=i % sets,
+            outcome=outcome,
+        )
+        for i, outcome in enumerate(outcomes)
+    ]
 
 
 def results_of(protocol, outcomes):

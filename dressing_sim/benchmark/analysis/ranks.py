@@ -16,6 +16,8 @@ from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 #: Fewer methods than this are compared pair by pair.
 FEWEST = 8
 
+_RESAMPLES = 2000
+
 
 @dataclass(frozen=True, slots=True)
 class Ranked:
@@ -43,9 +45,7 @@ class Ranked:
         }
 
 
-def ranked(
-    episodes: EpisodeTable, rng: np.random.Generator, n_resamples: int = 2000
-) -> list[Ranked]:
+def ranked(episodes: EpisodeTable, rng: np.random.Generator) -> list[Ranked]:
     """The methods that learned in the nominal world, the best first.
 
     Methods are ranked over the demonstrations that at least half of them learned from, those that
@@ -81,7 +81,7 @@ def ranked(
     _, cluster = np.unique([number for _, (number, _) in keys], return_inverse=True)
     rates = success.mean(axis=1)
     places = rankdata(-rates)
-    drawn = rankdata(-_resampled(success, cluster, rng, n_resamples), axis=1)
+    drawn = rankdata(-_resampled(success, cluster, rng), axis=1)
     low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
     found = [
         Ranked(policy, 100.0 * float(rate), float(place), (float(least), float(most)))
@@ -94,11 +94,10 @@ def _resampled(
     success: NDArray[np.float64],
     cluster: Sequence[int] | NDArray[np.int64],
     rng: np.random.Generator,
-    n_resamples: int,
 ) -> NDArray[np.float64]:
-    """Rates of bootstrap samples, shape (n_resamples, methods), of success (methods, episodes)."""
+    """Rates of bootstrap samples, shape (_RESAMPLES, methods), of success (methods, episodes)."""
     inside = [np.flatnonzero(np.asarray(cluster) == one) for one in np.unique(cluster)]
-    rates = np.empty((n_resamples, len(success)))
+    rates = np.empty((_RESAMPLES, len(success)))
     for row in rates:
         sets = rng.integers(len(inside), size=len(inside))
         chosen = np.concatenate([rng.choice(inside[one], len(inside[one])) for one in sets])

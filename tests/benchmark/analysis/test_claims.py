@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fake_results import row_of_episodes
 
 from dressing_sim.benchmark.analysis.claims import judge_claims
 from dressing_sim.benchmark.analysis.comparisons import comparisons
@@ -27,16 +28,7 @@ SHOWN = {"A": "case_a", "B": "case_b", "7": "baseline7"}
 
 
 def episodes(entry, outcomes, sets=4):
-    return [
-        SimpleNamespace(
-            index=i,
-            entry=entry,
-            posture=SimpleNamespace(name=f"arm{i}", elbow_deg=0.0),
-            demonstration_set=i % sets,
-            outcome=outcome,
-        )
-        for i, outcome in enumerate(outcomes)
-    ]
+    return row_of_episodes(entry, outcomes, sets)
 
 
 def outcomes(percent, n, failed=FAILED):

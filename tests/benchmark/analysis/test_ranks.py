@@ -1,28 +1,17 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from fake_results import outcome_of, row_of_episodes
 
 from dressing_sim.benchmark.analysis.episodes import EpisodeTable
 from dressing_sim.benchmark.analysis.ranks import FEWEST, ranked
 from dressing_sim.benchmark.records import Entry
-from dressing_sim.episode.outcome import Outcome
 
 NAMES = [f"method{i}" for i in range(FEWEST)]
 
 
-def episodes(entry, outcomes, sets=5):
-    """Of one row, posture i with demonstration set ``i mod sets``; None is void."""
-    return [
-        SimpleNamespace(
-            index=i,
-            entry=entry,
-            posture=SimpleNamespace(name=f"arm{i}", elbow_deg=0.0),
-            demonstration_set=i % sets,
-            outcome=Outcome(False, invalid="burst") if y is None else Outcome(bool(y)),
-        )
-        for i, y in enumerate(outcomes)
-    ]
+def episodes(entry, successes, sets=5):
+    """Of one row, with so many demonstration sets; None is void."""
+    return row_of_episodes(entry, map(outcome_of, successes), sets)
 
 
 def table(outcomes, cases=("case_a", "case_b")):
